@@ -1,5 +1,5 @@
-//! Which additional statement of the user lowers the bound most. Candidates come from the longest scan. For each, the
-//! audit is repeated with the statement.
+//! Which additional statement of the user lowers the bound most. Candidates come from the unknown values of the audit
+//! and from the longest scan. For each, the audit is repeated with the statement.
 
 use super::names::Names;
 use super::pipeline::Concluded;
@@ -21,10 +21,11 @@ use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "measuring by how much each statement lowers the bound";
-/// The largest number of bits from which pairs are formed: those without which the longest scan loses most time.
+/// The largest number of bits from which pairs are formed: those of which each alone, if it were off, would make the
+/// longest scan shortest.
 const MAX_BITS: usize = 24;
-/// The largest number of pairs that are tried. First come pairs whose bits are needed for different, long parts of the
-/// scan.
+/// The largest number of pairs of bits that are tried: those whose two bits each control a long part of the longest
+/// scan that the other does not control.
 const MAX_PAIRS: usize = 12;
 
 /// The settings of the search for advice.
@@ -32,26 +33,28 @@ const MAX_PAIRS: usize = 12;
 pub struct AdviceSettings<'a> {
     /// The upper limits that are tried for each unknown number of iterations or units, and for each unknown index.
     pub most: &'a [u32],
-    /// The total time that all audits together may take.
+    /// The total time that all audits together may take. `None`: there is no such limit.
     pub budget: Option<Duration>,
 }
 
-/// Possible statements with the bound that each gives, the lowest bound first.
+/// Statements that the user could make, with the bound that each gives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
     /// The program's files.
     pub files: Vec<String>,
-    /// The current bound. `None` if a scan may never end.
+    /// The bound without further statements. `None` if a scan may never end; then no statement is tried.
     pub upper: Option<Picos>,
-    /// The statements that lower the bound.
+    /// The statements that lower the bound by at least a thousandth of the new bound, the lowest bound first. Each was
+    /// tried alone.
     pub found: Vec<Measured>,
-    /// The number of tried statements that lower the bound by less than a thousandth. They are not listed.
+    /// The number of tried statements that lower the bound by less than a thousandth, or that contradict the program.
+    /// They are not listed.
     pub useless: usize,
-    /// The number of statements that were not tried because the time was over.
+    /// The number of statements that were not tried, or not to the end, because the time was over.
     pub untried: usize,
 }
 
-/// A statement, and the bound of an audit with it.
+/// A statement that was tried, and the bound of an audit with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Measured {
     /// The statement that was tried.
@@ -60,18 +63,18 @@ pub struct Measured {
     pub bound: SolvedBound,
 }
 
-/// A statement that the user could add to the facts file.
+/// A statement that the user could add to the facts file, if it is true.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SuggestedFact {
     /// What the statement is about.
     pub kind: AdviceKind,
     /// The table of the facts file to which the line belongs.
     pub table: &'static str,
-    /// The line that states it in the table of the facts file.
+    /// The line to write into that table.
     pub line: String,
     /// Why the statement may matter: a sentence without a full stop.
     pub what: String,
-    /// The places that the statement concerns, with the instructions there.
+    /// The places that the statement concerns, with the instructions there. Empty if it concerns the whole program.
     pub places: Vec<(Location, Arc<str>)>,
 }
 
@@ -80,13 +83,13 @@ pub struct SuggestedFact {
 pub enum AdviceKind {
     /// An upper limit for a number of iterations or units.
     Count,
-    /// An upper limit for an index, or its number of bits.
+    /// An upper limit for an index that selects where an instruction writes, or the number of bits of such an index.
     Index,
     /// Two bits that are never on together.
     Exclusive,
-    /// Devices that only the program writes.
+    /// That only the program writes certain devices.
     Internal,
-    /// The base unit of the modules.
+    /// The kind of base unit on which all modules are mounted.
     Base,
 }
 
@@ -104,16 +107,16 @@ impl AdviceKind {
     }
 }
 
-/// A statement that is to be tried.
+/// A statement that is to be tried, with the facts of the request and this statement together.
 struct UntriedFact {
     statement: SuggestedFact,
     facts: Facts,
-    /// The largest time by which the statement can lower the bound, if that is known before it is tried. Candidates
-    /// with the largest one are tried first.
+    /// An estimate of the time by which the statement can lower the bound; the whole bound if nothing is known of that.
+    /// Statements with the largest estimate are tried first.
     largest_gain: Picos,
 }
 
-/// Measures by how much each possible statement lowers the bound.
+/// Measures by how much each possible statement lowers the bound, by one further audit for each.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in one of these audits.
@@ -171,7 +174,8 @@ pub fn advise(
     Ok(advice)
 }
 
-/// The unknown numbers and indices, each with the upper limits to try.
+/// A statement for each unknown count or index and each of the upper limits `most`, and one for each unknown number of
+/// bits of an index. Targets of indirect addresses cannot be guessed.
 fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<UntriedFact> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let of = |one: &Unknown, most: u32| {
@@ -204,7 +208,8 @@ fn unknowns(concluded: &Concluded, request: &Request<'_>, most: &[u32]) -> Vec<U
     all.collect()
 }
 
-/// The statement that all modules are on one kind of base unit, if this is not stated.
+/// The statement that all modules are on the fastest kind of base unit. `None` if the kind is stated or does not
+/// matter.
 fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<UntriedFact> {
     let bases = &concluded.audit.bases;
     let least = bases.first()?.least.clone();
@@ -222,7 +227,8 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<UntriedFact> {
     })
 }
 
-/// The statement that only the program writes its devices, if that lowers the bound.
+/// The statement that only the program writes certain devices: those that further assumptions concern in an audit that
+/// trusts all devices. `None` if that audit gives no lower bound, or if the user chose a trust other than the default.
 fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<UntriedFact>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };
@@ -266,7 +272,8 @@ impl ActiveBit {
     }
 }
 
-/// Pairs of bits that are both on in the longest scan and that control different parts of it.
+/// A statement for each pair of bits that are both on when the longest scan starts, and of which each controls a part
+/// of the scan that the other does not. At most [`MAX_PAIRS`].
 fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<UntriedFact> {
     let followed = &concluded.followed;
     if followed.is_structural_only() {
@@ -325,7 +332,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<UntriedFact> {
     found.into_iter().map(candidate).collect()
 }
 
-/// A copy of the scan's start values with these bits off.
+/// A copy of the scan's start values with these bits, which are on, off.
 fn without(values: &Assignment, bits: &[&ActiveBit]) -> Assignment {
     let mut values = values.clone();
     for on in bits {
@@ -335,7 +342,9 @@ fn without(values: &Assignment, bits: &[&ActiveBit]) -> Assignment {
     values
 }
 
-/// The named bits that are on when the longest scan starts, those first without which the scan would be shortest.
+/// The bits that are on when the longest scan starts, that instructions read as single bits, and that a facts file can
+/// name. Bits without which the scan would not be shorter are left out; those without which it would be shortest come
+/// first. At most [`MAX_BITS`].
 fn bits_on(
     program: &Program,
     model: &ScanModel,
@@ -381,7 +390,8 @@ fn bits_on(
     on
 }
 
-/// The bits that contacts test. Bits of numbers are not among them.
+/// The bits that instructions read as single bits, as contacts do. Bits of words that are read as numbers are not among
+/// them.
 fn asked_as_bits(program: &Program) -> BTreeSet<BitSource> {
     let mut asked = BTreeSet::new();
     for instruction in &program.instructions {
@@ -394,7 +404,8 @@ fn asked_as_bits(program: &Program) -> BTreeSet<BitSource> {
     asked
 }
 
-/// The instruction whose time falls most from the first scan to the second, and does not fall in the third.
+/// The instruction with the execution whose time falls most from the first to the second of these scans, among those
+/// whose time does not fall from the first to the third. `None` if there is none.
 fn driven(
     program: &Program,
     model: &ScanModel,

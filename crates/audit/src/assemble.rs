@@ -1,4 +1,4 @@
-//! Assembles the result that a report shows from what the stages found.
+//! Assembles the [`Audit`], the result that a report shows, from what the stages found.
 
 use super::assumption::Assumption;
 use super::deciding::{depends_on, needed_variables};
@@ -41,45 +41,46 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The number of rungs in a group for which the audit explains why they do not take their longest time.
+/// The largest number of rungs in a group, the longest ones, for which the audit explains why they do not take their
+/// longest time.
 const MAX_EXPLAINED: usize = 20;
 
-/// The results of the search, and the program and model that were searched.
+/// The results of the search for the longest scan, and the program and model that were searched.
 pub struct Findings<'a> {
     pub request: &'a Request<'a>,
     pub program: &'a Program,
     pub table: &'a Table,
     pub prices: &'a Prices,
     pub model: &'a ScanModel,
-    /// What the user can state about this PLC.
+    /// Which properties of this PLC the user may state, because the front does not know them.
     pub machine: MachineOptions,
     pub groups: &'a [Group],
     pub maxima: &'a [Maximum],
-    /// The best assignments of all groups, combined.
+    /// The best assignments of all groups, combined: the model's longest scan.
     pub assignment: &'a Assignment,
     /// The limits of the search for explanations.
     pub limits: &'a Limits<'a>,
 }
 
-/// The parts of the bound, the times of these parts in the model's longest scan, and why rungs do not take their
-/// longest time in it.
+/// The charges and overhead of the bound, with their times in the model's longest scan, and why rungs do not take their
+/// longest time in it. The groups are in the order of `Findings::groups`.
 pub struct ExplainedBound {
     overhead: Vec<OverheadUse>,
     always: Vec<ChargeUse>,
     groups: Vec<ExplainedGroup>,
 }
 
-/// A group's charges in the order of execution, and its rungs, the longest time first.
+/// A group's charges in the order of execution, and its rungs, the one with the longest possible time first.
 struct ExplainedGroup {
     charges: Vec<ChargeUse>,
     rungs: Vec<RungUse>,
 }
 
-/// The results of the stages after the search.
+/// The results of the stages after the search for the longest scan.
 pub struct Finished<'a> {
-    /// The longest real run, and the values with which it starts.
+    /// The longest real run (a scan simulated as on a PLC), and the values with which it starts.
     pub found: &'a RunResults,
-    /// Whether the longest real run is the scan of the model's best assignment.
+    /// Whether the longest real run is the model's longest scan: it has the same start values and takes the same time.
     pub same: bool,
     /// When the audit began.
     pub start: Instant,
@@ -87,10 +88,10 @@ pub struct Finished<'a> {
     pub cuts: Vec<EarlyStop>,
     pub ended_early: bool,
     pub explained: ExplainedBound,
-    /// How each group's maximum was found.
+    /// How each group's maximum was found, in the order of the groups.
     pub searches: Vec<SearchUse>,
     pub loops: Loops,
-    /// A run from power-up to the longest scan found, if one was found. Otherwise empty.
+    /// The scans of a run from power-up to the longest real run. Empty if none was found.
     pub run: Vec<RunScan>,
     /// The delays before and after the scan, if a response time was requested.
     pub delays: Option<Delays>,
@@ -101,7 +102,8 @@ pub struct Finished<'a> {
 }
 
 impl<'a> Findings<'a> {
-    /// The unknown values on which the bound depends: first numbers of iterations and units, then targets of writes.
+    /// The unknown values on which the bound depends: first numbers of iterations and units, then targets of writes,
+    /// last those numbers that are perhaps unknown only because of such a write. `upper` is the bound.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
         unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.machine));
@@ -109,8 +111,9 @@ impl<'a> Findings<'a> {
         unknowns
     }
 
-    /// Distributes the bound to its parts and explains why rungs do not take their longest time. `prepared` may hold
-    /// one group that is already done.
+    /// Distributes the bound to its charges, and explains why rungs do not take their longest time, for groups with at
+    /// least 0.5 % of the bound and until the time is over. `prepared` may hold the search for the explanations of one
+    /// group.
     pub fn explain(&self, mut prepared: Option<PreparedExplanation<'a>>) -> ExplainedBound {
         let names = Names::new(self.program);
         let values = self.model.circuit.evaluate(self.assignment);
@@ -153,7 +156,7 @@ impl<'a> Findings<'a> {
         ExplainedBound { overhead, always, groups }
     }
 
-    /// Builds the audit.
+    /// Builds the [`Audit`]. What is found only by further audits stays empty in it.
     pub fn audit(&self, finished: Finished<'_>) -> Audit {
         let Finished {
             found,
@@ -265,7 +268,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// The upper bound: the charges of every scan, the overhead and the groups' maxima.
+    /// The upper bound: the sum of the charges that are the same in every scan, the overhead and the groups' upper
+    /// bounds.
     fn upper(&self, always: &[ChargeUse], overhead: &[OverheadUse]) -> Picos {
         let always = always.iter().map(|charge| charge.cost);
         let overhead = overhead.iter().map(|term| term.time);
@@ -296,8 +300,9 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Copies the times of a real run into the charges. Charges with the same time in every scan keep it if the run
-    /// stopped before them.
+    /// Shows a real run: sets which charges of the groups it reaches and fires, and their times in it. Of the charges
+    /// that are the same in every scan, only sets whether they fire: they keep their time even if the run stopped
+    /// before them. Parts of the bound do not change.
     fn show(&self, executed: &Executed, groups: &mut [ExplainedGroup], always: &mut [ChargeUse]) {
         for (charge, shown) in self.model.constant_charges().into_iter().zip(always) {
             let charge = &self.model.charges[charge];
@@ -312,7 +317,8 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// The path of a scan through the program, instruction by instruction.
+    /// The path of a replayed scan through the program: its executions in order, without instructions that have no
+    /// price.
     fn path(&self, replayed: &Replay, names: &Names<'_>) -> Vec<PathStep> {
         let priced = |event: &&Event| self.prices.instructions[event.instruction].is_some();
         let step = |event: &Event| {
@@ -393,7 +399,9 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// The search that explains why rungs of a group do not take their longest time. `None` if all of them do.
+    /// The search that explains why rungs of a group do not take their longest time: the prepared one if there is one,
+    /// otherwise a new one. `None` if the group's longest scan takes the larger time of every charge, so that there is
+    /// nothing to explain.
     fn exclusions(
         &self,
         group: &Group,
@@ -408,8 +416,8 @@ impl<'a> Findings<'a> {
         })
     }
 
-    /// The group's rungs, the longest time first, with explanations why the first of them do not take their longest
-    /// time.
+    /// The group's rungs, the one with the longest possible time first. With `exclusions`, each of the first
+    /// [`MAX_EXPLAINED`] rungs that does not take its longest time gets the reason, if one is found.
     fn rungs(
         &self,
         group: &Group,
@@ -445,8 +453,8 @@ impl<'a> Findings<'a> {
         found.into_iter().map(|rung| rung.shown).collect()
     }
 
-    /// The devices on which both the charge and one of the others depend. If there are no others, all devices of the
-    /// charge.
+    /// The names of the devices in the guards of both the charge and one of the others (indices into the charges of the
+    /// model). If there are no others: of all devices in the guards of the charge.
     fn shared_devices(
         &self,
         group: &Group,
@@ -469,7 +477,8 @@ impl<'a> Findings<'a> {
         devices
     }
 
-    /// For each variable, the number of gates and charges that use it.
+    /// For each variable of the model, the number of uses of its atoms: by gates on which charges depend, and by guards
+    /// of charges whose time is not always the same.
     fn uses(&self) -> Vec<usize> {
         let nodes = self.model.circuit.nodes();
         let mut needed = vec![false; nodes.len()];
@@ -498,8 +507,9 @@ impl<'a> Findings<'a> {
         uses
     }
 
-    /// The free values of the scan that is shown, and the time of the groups' charges in the model's scan with these
-    /// values. Each [`FreeValue::worth`] is a part of that time.
+    /// The values of the scan that the report shows: start values first, then nondeterministic values. Also the time of
+    /// the groups' charges in the model's scan with these values; each [`FreeValue::worth`] is a part of that time. The
+    /// scan is the longest real run, or if `same` the model's longest scan.
     fn witness(
         &self,
         names: &Names<'_>,
@@ -567,7 +577,7 @@ impl<'a> Findings<'a> {
         (values, self.model.cost(&charges, assignment))
     }
 
-    /// For each instruction, its part of the bound, as far as the search determined it.
+    /// For each charge, its instruction and its part of the bound. What the search left open is in no part.
     fn shares(&self, groups: &[ExplainedGroup], always: &[ChargeUse]) -> Vec<(usize, Picos)> {
         let instruction = |charge: &usize| self.model.charges[*charge].instruction;
         let constant = self.model.constant_charges();
@@ -578,7 +588,8 @@ impl<'a> Findings<'a> {
         grouped.chain(always).collect()
     }
 
-    /// For each instruction, the times of its executions in the scan that the report shows.
+    /// For each execution, its instruction and its time in the scan that the report shows: the real run `real`, or the
+    /// model's longest scan.
     fn costs(&self, real: Option<&RunResults>) -> Vec<(usize, Picos)> {
         match real {
             None => {

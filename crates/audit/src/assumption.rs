@@ -1,21 +1,23 @@
-//! Values of words and relays between scans that were derived because only the program writes them, with the writing
-//! instructions.
+//! Values of words and relays at the start of a scan that the audit derived because only the program writes them, with
+//! the writing instructions.
 
 use super::solved_bound::SolvedBound;
 use scanbound_base::location::Location;
 use scanbound_ir::Program;
 use std::sync::Arc;
 
-/// A statement about words or relays that is true whenever a scan starts, and that excludes some scans.
+/// A statement about one word or several relays that the audit derived and used: it is true whenever a scan starts
+/// after power-up, provided that only the program writes them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assumption {
-    /// The name of the word, or of the relays.
+    /// The name of the word, or the names of the relays.
     pub devices: Vec<String>,
-    /// The word's smallest and largest value, signed.
+    /// The word's smallest and largest value, signed. `None` for relays.
     pub range: Option<(i64, i64)>,
-    /// The only values that the word may have. Empty if these are all values of the range.
+    /// The only values that the word may have, if they are fewer than those of the range. Otherwise empty.
     pub values: Vec<u16>,
-    /// For relays: the largest number of them that can be on at once. 0: all are off in the first scan.
+    /// For relays: the largest number of them that can be on at once. 0: all are off in a scan before which memory was
+    /// cleared. Also 0 for a word.
     pub most: usize,
     /// All instructions that write the word or the relays, with their text: the evidence.
     pub written: Vec<(Location, Arc<str>)>,
@@ -30,7 +32,8 @@ impl Assumption {
         self.devices.join(", ")
     }
 
-    /// The only values that the word may have, sorted. Empty if these are all values of the range.
+    /// The only values that the word may have, signed and ascending, if they are fewer than those of the range.
+    /// Otherwise empty.
     #[must_use]
     pub fn values(&self) -> Vec<i64> {
         let mut values: Vec<i64> =
@@ -39,7 +42,7 @@ impl Assumption {
         values
     }
 
-    /// All assumptions about a program.
+    /// The assumptions of a program: its trusted ranges, then its mutually exclusive relays.
     pub(super) fn all(program: &Program) -> Vec<Assumption> {
         let written = |at: &usize| {
             let instruction = &program.instructions[*at];

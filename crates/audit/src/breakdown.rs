@@ -7,16 +7,16 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// How the bound is divided into parts.
+/// What [`Audit::breakdown`] divides the bound by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum By {
     /// One part for each program file.
     Program,
-    /// By routine of each program. Code outside of routines is one part.
+    /// One part for each called routine of each file. The code of a file outside of called routines is one part.
     Routine,
     /// One part for each rung.
     Rung,
-    /// One part for each instruction name.
+    /// One part for each instruction name, over all files.
     Instruction,
 }
 
@@ -36,34 +36,37 @@ impl By {
     }
 }
 
-/// What a part of the bound belongs to.
+/// What a part of the bound belongs to: a piece of the program, or something besides its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Piece {
-    /// A program: the index of its file.
+    /// All instructions of a program file, by its index in `Audit::files`.
     Program(u32),
-    /// A routine of a program. Without a name: the code that is not called.
+    /// A routine, by the index of its file and its name. Without a name: the code of the file outside of called
+    /// routines.
     Routine(u32, Option<Arc<str>>),
-    /// A rung, shown by the instruction in it that takes most time.
+    /// A rung, shown by its instruction with the largest part of the bound.
     Rung {
         /// The number of the rung.
         block: u32,
-        /// The place of the rung's first instruction.
+        /// The place of the rung's instruction with the largest part of the bound.
         at: Location,
-        /// The text of the rung's first instruction.
+        /// The text of the rung's instruction with the largest part of the bound.
         instruction: Arc<str>,
     },
-    /// All instructions of this name.
+    /// All instructions of this name, such as `MOV`.
     Instruction(Arc<str>),
-    /// An overhead term, by its name.
+    /// A time that every scan takes besides its instructions, by the name of the term in the table.
     EveryScan(String),
-    /// The part that the search left open: the difference between the bound and the longest scan found.
+    /// The part that the search left open: the difference between the bound and the longest scan that the model is
+    /// known to allow.
     Open,
-    /// The time that the table's factor adds to all other parts.
+    /// The time that the table's factor on the whole scan adds to all other parts. Holds the factor as written in the
+    /// table.
     Factor(String),
 }
 
 impl Piece {
-    /// The kind of this piece, in one word.
+    /// The name of the kind of this piece in reports.
     #[must_use]
     pub fn kind(&self) -> &'static str {
         match self {
@@ -78,31 +81,32 @@ impl Piece {
     }
 }
 
-/// A part of the bound.
+/// A part of the bound, as [`Audit::breakdown`] divides it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
-    /// The program, rung or instruction to which the time belongs.
+    /// The program, routine, rung, instruction or overhead to which the time belongs.
     pub piece: Piece,
-    /// The time of the part, without the table's factor.
+    /// The time of the part, without the table's factor. For [`Piece::Factor`]: what the factor adds.
     pub time: Picos,
     /// The time of the part if every charge took the larger of its two times. What exceeds `time` is saved by mutual
     /// exclusion.
     pub most: Picos,
-    /// The time of the part that does not depend on any condition.
+    /// The time of those charges in the part whose time is the same in every scan.
     pub always: Picos,
-    /// The number of instructions in the part.
+    /// The number of different instructions in the part. 0 for overhead, what is left open, and the factor.
     pub instructions: usize,
 }
 
 impl Part {
-    /// The share of the bound that this part takes.
+    /// The part's time as a share of the audit's upper bound.
     #[must_use]
     pub fn share(&self, audit: &Audit) -> Share {
         Share::of(self.time, audit.bound.upper)
     }
 }
 
-/// Charges that belong to the same part.
+/// The charges of one part, added up. `largest` is the charge with the largest share of the bound, after this share and
+/// the larger of its two times.
 #[derive(Default)]
 struct ChargePile<'a> {
     time: Picos,
@@ -139,9 +143,8 @@ enum Key<'a> {
 }
 
 impl Audit {
-    /// Divides the bound into parts, without the table's factor, which is a part by itself. The parts come in this
-    /// order: the requested division, the longest first; overhead; what the search left open; the factor. Their sum is
-    /// the bound.
+    /// Divides the bound into parts whose times add up to it. The parts come in this order: the requested division, the
+    /// longest first; overhead; what the search left open, if anything; the table's factor, if there is one.
     #[must_use]
     pub fn breakdown(&self, by: By) -> Vec<Part> {
         let mut piles: BTreeMap<Key<'_>, ChargePile<'_>> = BTreeMap::new();
@@ -177,13 +180,14 @@ impl Audit {
         parts
     }
 
-    /// The assumed part of the bound, as a share of it.
+    /// [`assumed_part`](Audit::assumed_part) as a share of the upper bound.
     #[must_use]
     pub fn assumed_share(&self) -> Share {
         Share::of(self.assumed_part(), self.bound.upper)
     }
 
-    /// The part of the bound that rests on assumed times, including what the search left open.
+    /// The part of the bound that can rest on assumed times, including all that the search left open. 0 if the program
+    /// uses no assumed time.
     #[must_use]
     pub fn assumed_part(&self) -> Picos {
         if self.table.assumed.is_empty() {
@@ -217,7 +221,8 @@ impl Audit {
         self.open() == Picos::ZERO
     }
 
-    /// The part of the bound that is left open: its difference to the longest scan that the search found.
+    /// The part of the bound that is left open: its difference to the longest scan that the model is known to allow. It
+    /// includes the table's factor.
     #[must_use]
     pub fn open(&self) -> Picos {
         let open = self.groups.iter().map(|group| {
@@ -235,7 +240,7 @@ impl Audit {
     }
 }
 
-/// The name of an instruction: the first word of its text.
+/// The name of an instruction: the first word of its text. Empty if the text is empty.
 fn mnemonic(text: &str) -> &str {
     text.split_whitespace().next().unwrap_or_default()
 }

@@ -7,7 +7,8 @@ use scanbound_replay::replay;
 use scanbound_scan::scan_model;
 use std::collections::BTreeSet;
 
-/// A number for each kind of step. A new kind gets the next number and must be added to the programs below.
+/// A number for each kind of step. A new kind gets the next number, and must be added to [`programs`] and counted in
+/// [`KINDS`].
 fn kind(step: &Step) -> usize {
     match step {
         Step::Logic { .. } => 0,
@@ -31,12 +32,11 @@ fn kind(step: &Step) -> usize {
     }
 }
 
-/// The number of kinds.
 const KINDS: usize = 18;
 
 const ALWAYS: Logic = Logic::Const(true);
 
-/// Main routines. Each step comes with the number of its executions in a scan.
+/// Programs that together contain every kind of step. Each step comes with the number of its executions in a scan.
 fn programs() -> Vec<Vec<(Step, u64)>> {
     let contact = |join| Step::Logic { join, value: ALWAYS };
     let act = || Step::Act { fires: Logic::Condition };

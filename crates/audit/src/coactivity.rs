@@ -10,12 +10,13 @@ use super::solved_bound::SolvedBound;
 use scanbound_ir::Program;
 use std::time::Duration;
 
-/// This audit may use at least one tenth of the time limit, however much of the limit the first audit used.
+/// The second audit may use at least the time limit divided by this, however much of the limit the first audit used.
 const LEAST_SHARE: u32 = 10;
 
-/// Adds the bound without the mutual exclusion of charts, found by a second, complete audit. It may take as long as the
-/// first one: without the charts there is far more to search. Nothing is added if there are no charts, if only a limit
-/// is to be decided, or if nothing bounds the scan.
+/// Adds the bound without the mutual exclusion of charts to the audit, found by a second, complete audit. That one may
+/// take what is left of the time limit, but no longer than the first audit, and always a tenth of the limit. Nothing is
+/// added if there are no charts, if the request does not use their exclusion or asks only about a limit, if nothing
+/// bounds the scan, or if the time ended the second audit without a result.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in that audit.

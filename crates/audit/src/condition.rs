@@ -1,18 +1,20 @@
-//! Writes a guard in words: which devices must be on or off, and which numbers words must hold.
+//! Writes a guard (a Boolean expression over free variables) in words: which devices must be on or off, and in which
+//! ranges words must be.
 
 use scanbound_model::{Atom, Circuit, Lit, Node, VarId};
 use std::collections::BTreeMap;
 
-/// A condition with more terms than this is not written.
+/// A condition with more terms than this is not written: one that long is not readable.
 const LONGEST: usize = 40;
 
-/// The condition in words, in which `name` gives the names of variables. `None` if it is too long to be readable.
+/// The condition under which the literal `guard` is true, in words such as `X0 and D0 = 10`. `name` gives the names of
+/// variables. `None` if the condition has too many terms to be readable.
 pub fn text(circuit: &Circuit, guard: Lit, name: &dyn Fn(VarId) -> String) -> Option<String> {
     let mut writer = Writer { circuit, name, left: LONGEST };
     Some(writer.formula(guard)?.text(false))
 }
 
-/// Conjunctions, disjunctions and their operands.
+/// A condition as a tree of conjunctions and disjunctions. Its leaves are texts.
 enum ConditionFormula {
     Leaf(String),
     /// `true`: all of these formulas hold. `false`: at least one of them holds.
@@ -58,7 +60,8 @@ impl Writer<'_> {
         })
     }
 
-    /// An and-gate, merged with the and-gates that are its inputs, or the negation of all that.
+    /// An and-gate (`holds`) or its negation, merged with the and-gates that are its inputs. Comparisons of the same
+    /// word are merged into one range. `None` if it has too many terms.
     fn joined(&mut self, gate: Lit, holds: bool) -> Option<ConditionFormula> {
         let mut open = vec![gate.node()];
         let mut ranges: BTreeMap<VarId, (u16, u16)> = BTreeMap::new();
@@ -104,7 +107,8 @@ impl Writer<'_> {
         })
     }
 
-    /// Whether a word, as an unsigned number, lies in a range or outside, written for signed numbers.
+    /// That a word lies within a range of unsigned numbers (`holds`) or outside of it, written as a comparison of
+    /// signed numbers. `None` if no more terms may be written.
     fn leaf(
         &mut self,
         word: VarId,

@@ -1,4 +1,5 @@
-//! Combines the groups' best assignments into one scan, and compares its time with the interpreter's.
+//! Combines the groups' best assignments into one scan, and compares the time that the analysis gives for it with the
+//! interpreter's.
 
 use super::failure::Failure;
 use super::request::Request;
@@ -16,12 +17,12 @@ use std::time::{Duration, Instant};
 /// The message if no scan satisfies the stated facts. A later stage replaces it by one that names the facts.
 pub(super) const CONTRADICTION: &str = "no scan satisfies all facts under [ranges] and [counts]";
 
-/// The longest time for which a scan that satisfies the stated facts is searched after the time limit, if none is known
-/// yet.
+/// A scan that satisfies the stated facts is searched for at least this long, even after the time limit.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// The groups' best assignments combined. This is possible because groups share no variable. Constraints that belong to
-/// no group also get values, so that the scan satisfies all stated facts.
+/// Combines the groups' best assignments into one, which is possible because groups share no variable. For a group
+/// without a feasible assignment, one is searched and stored in `maxima`. Variables that only constraints use get
+/// values too, so that the scan satisfies all stated facts. Fails if there is no such scan, or none is found in time.
 pub(super) fn together(
     request: &Request<'_>,
     budget: &Budget<'_>,
@@ -46,7 +47,8 @@ pub(super) fn together(
     Ok(all)
 }
 
-/// An assignment that satisfies the constraints of a group without charges.
+/// An assignment that satisfies the constraints of a group without charges. Fails if there is none, or if none is found
+/// in time.
 fn allowed(
     request: &Request<'_>,
     budget: &Budget<'_>,
@@ -82,7 +84,8 @@ fn allowed(
     contradicts
 }
 
-/// Compares the replayed scan with the time that the analysis gives for it.
+/// Checks that the replayed scan takes as long as the analysis says, that it violates no stated range and no invariant,
+/// and that each group's charges take the time that its search gave. Otherwise fails with an internal error.
 pub(super) fn confirm(
     program: &Program,
     model: &ScanModel,
@@ -123,7 +126,8 @@ pub(super) fn confirm(
     Ok(())
 }
 
-/// The first execution whose time in the interpreter differs from that in the analysis, as a text for the message.
+/// The first instruction, in program order, with a call context in which its time in the interpreter differs from that
+/// in the analysis, as a text for the message. Empty if there is none.
 fn first_difference(
     program: &Program,
     model: &ScanModel,

@@ -1,4 +1,5 @@
-//! Facts that no scan satisfies: finds which stated facts contradict the program, and which offered ones would.
+//! Facts that no scan satisfies: finds which stated facts contradict the program, and which limits can be offered as
+//! facts without a contradiction.
 
 use super::Audit;
 use super::confirmed::CONTRADICTION;
@@ -15,11 +16,11 @@ use scanbound_ir::{Program, flow};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-/// The time limit for the search for contradicting facts, unless the request sets a shorter one.
+/// The time limit for a search for contradicting facts or for limits to offer, unless the request sets a shorter one.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// The upper limits that may be offered for a number of iterations or units. The first one with which some scan
-/// satisfies all facts is offered.
+/// The upper limits that may be offered for a number of iterations or units, or for an index. The first one with which
+/// some scan satisfies all facts is offered.
 const OFFERED: [u32; 5] = [20, 100, 1_000, 10_000, i16::MAX as u32];
 
 /// The functions that read and audit a project. The pipeline passes them, so that this module does not depend on it.
@@ -29,7 +30,8 @@ pub(super) struct Stages {
     pub audit: fn(&Request<'_>) -> Result<Audit, Failure>,
 }
 
-/// Whether some scan satisfies the facts. Also true if that could not be decided.
+/// Audits with these facts in place of those of the request. Returns whether some scan satisfies them. Also true if the
+/// time limit or an internal error left that undecided; false after any other error.
 fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     let request = Request {
         facts,
@@ -48,12 +50,13 @@ fn is_kept(stages: Stages, request: &Request<'_>, facts: &Facts) -> bool {
     }
 }
 
-/// The deadline of the search for contradicting facts.
+/// The deadline of a search that begins now: after the request's time limit, or after [`LONGEST`] if that is shorter.
 fn deadline(request: &Request<'_>) -> Instant {
     Instant::now() + request.time_limit.map_or(LONGEST, |limit| limit.min(LONGEST))
 }
 
-/// The failure of an audit. If no scan satisfies the stated facts, it names those that contradict the program.
+/// Replaces the failure of an audit by one that names the contradicting facts, if the failure is that no scan satisfies
+/// the stated facts, and such facts are found. Other failures are returned unchanged.
 pub(super) fn with_contradicting_facts(
     stages: Stages,
     request: &Request<'_>,
@@ -70,8 +73,8 @@ pub(super) fn with_contradicting_facts(
     }
 }
 
-/// The stated ranges and numbers that no scan satisfies, each tried alone. If there are none: the facts without which
-/// the others can be satisfied.
+/// An error for each stated range or count that no scan satisfies even without the other ranges and counts. If there is
+/// none: for each one without which some scan satisfies all other facts. Empty if the time is over before one is found.
 fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let end = deadline(request);
     let facts = request.facts;
@@ -108,7 +111,8 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     if faults.is_empty() { together(stages, request, end) } else { faults }
 }
 
-/// An error for each fact without which some scan satisfies the other facts.
+/// An error for each stated range or count without which some scan satisfies the other facts, as far as they can be
+/// tried until `end`.
 fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnostic> {
     let facts = request.facts;
     let is_one = |fewer: &Facts| Instant::now() < end && is_kept(stages, request, fewer);
@@ -132,8 +136,8 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
     all
 }
 
-/// The message that a number of iterations or units never has the stated value, with the instruction that sets its
-/// word.
+/// The message that the number of iterations or units of instruction `at` is never in the stated range. It names the
+/// instruction that writes the word: the last one before `at` in the program, otherwise the first one from `at` on.
 fn count_message(program: &Program, at: usize, low: i64, high: i64) -> String {
     let place = |at: usize| {
         let one = &program.instructions[at];
@@ -155,7 +159,8 @@ fn count_message(program: &Program, at: usize, low: i64, high: i64) -> String {
     by.map_or(never.clone(), |by| format!("{never}: {} writes {word}", place(by)))
 }
 
-/// The stated facts that no scan satisfies, or that the program violates.
+/// Audits the project and returns the errors about stated facts that no scan satisfies, or that the program violates.
+/// Empty if no counts, ranges or exclusive bits are stated.
 pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     let facts = request.facts;
     if facts.counts.is_empty() && facts.ranges.is_empty() && facts.exclusive.is_empty() {
@@ -177,8 +182,9 @@ pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     }
 }
 
-/// The upper limit to offer for each unknown count or index, by its key, so that some scan satisfies all of them
-/// together. One without such a limit is not offered.
+/// The upper limit to offer for each unknown count or index, by its key in a facts file, so that some scan satisfies
+/// all of them together with the stated facts. Left out are those for which no limit does, or for which the time is
+/// over.
 pub(super) fn offered_limits(
     stages: Stages,
     request: &Request<'_>,

@@ -1,5 +1,5 @@
-//! Counts that the user states, for one place or wherever a word is the count: finds the places and applies the
-//! statements.
+//! Counts (numbers of iterations or units) that the user states, for one place or wherever a word is the count: finds
+//! the instructions and applies the statements.
 
 use super::unknown;
 use scanbound_base::code::Code;
@@ -9,13 +9,14 @@ use scanbound_base::suggestion;
 use scanbound_ir::{Approximated, Program, Step, Units, WordSource};
 use std::collections::BTreeSet;
 
-/// The largest number of places that a message suggests if the stated place does not exist.
+/// The largest number of places or files that a message suggests if the stated one does not exist.
 const MAX_OFFERED: usize = 8;
 
-/// Applies stated counts to instructions: limits their iterations and units, and excludes scans with other counts.
+/// Applies stated counts to the program: lowers the largest number of iterations or units of the instructions, and
+/// records the counts, so that scans with other counts are excluded.
 ///
 /// # Errors
-/// Each place that is not in the program or has no count.
+/// Each place that is not in the program or has no count, and each count that is impossible there.
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     // Counts that the front already applied to its loops.
@@ -56,7 +57,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Whether the number of iterations or units of this instruction is read from words.
+/// Whether the number of iterations of the loop, or of units of the instruction, at `at` is not constant.
 fn counts(program: &Program, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let iterations = match &instruction.step {
@@ -68,8 +69,8 @@ fn counts(program: &Program, at: usize) -> bool {
         || instruction.counted().is_some()
 }
 
-/// The instructions at a place for which a number of iterations or units can be stated. If there are none: a message
-/// and the help.
+/// The indices of the instructions for which a count can be stated at `place`: `FILE:LINE`, `FILE:step NUMBER`, or the
+/// word from which they read the count. `Err` if there are none: the message and the help.
 pub(super) fn instructions_at_key(
     program: &Program,
     place: &str,
@@ -116,8 +117,9 @@ pub(super) fn instructions_at_key(
     at(program, (file, number), counts, what, form())
 }
 
-/// The instructions at a line or step for which something can be stated. If there are none: a message and the help.
-/// `what` has three texts: there is none at the place, where there are some, there is none in the file.
+/// The indices of the instructions at a line (`543`) or step (`step 120`) of a file for which `can_be_stated` is true.
+/// `Err` if there are none: the message and the help. `what` has three texts for them: that there is none at the place,
+/// what introduces the list of other places, and that there is none in the file.
 pub(super) fn at(
     program: &Program,
     (file, number): (&str, &str),
@@ -172,7 +174,8 @@ pub(super) fn at(
     Err((format!("{} at {place}", what[0]), help))
 }
 
-/// The files of the program with this name, with or without directories.
+/// The indices of the files with exactly this name. If there are none: of those with this name after their directories,
+/// upper and lower case being the same.
 fn matching(program: &Program, name: &str) -> Vec<usize> {
     let all = || program.files.iter().enumerate();
     let whole: Vec<usize> =
@@ -184,8 +187,8 @@ fn matching(program: &Program, name: &str) -> Vec<usize> {
     all().filter(|(_, file)| last(&file.name) == name.to_lowercase()).map(|(at, _)| at).collect()
 }
 
-/// Lowers the largest number of iterations or units of an instruction to `high`. Returns whether the stated numbers are
-/// possible.
+/// Limits the number of iterations or units of an instruction to the stated range. Returns false if a loop can have no
+/// number of iterations in this range; it is then unchanged. True for all other instructions.
 fn lower(program: &mut Program, at: usize, low: i64, high: i64) -> bool {
     let keep_within = |least: &mut u32, most: &mut u32| {
         let (low, high) = (low.max(0).unsigned_abs(), high.max(0).unsigned_abs());

@@ -1,4 +1,4 @@
-//! Compares all tables of a family: on which CPU the program stays within a limit.
+//! Compares the timing tables of a CPU family: on which CPUs the program stays within a limit.
 
 use super::pipeline::{PreparedProject, conclude};
 use super::request::Request;
@@ -14,59 +14,63 @@ use std::cmp::Reverse;
 pub enum Limit {
     /// The limit is this time for every CPU.
     Time(Picos),
-    /// Each CPU's watchdog time.
+    /// The limit is each CPU's watchdog time.
     Watchdog,
 }
 
 /// The condition that each CPU is checked against.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CpuCheck {
-    /// The limit with which the scan times are compared. `None` without `--limit`.
+    /// The limit with which the scan times are compared. `None`: nothing is checked.
     pub limit: Option<Limit>,
     /// The safety margin that is added to the scan time before it is compared with the limit.
     pub margin: Margin,
-    /// The largest permitted share of assumed times, if there is such a condition.
+    /// The largest share of assumed times with which a limit counts as proved, if there is such a condition.
     pub max_assumed: Option<MostAssumed>,
 }
 
-/// The results for all timing tables of the CPU family, the highest bound first and tables without a bound last.
+/// The scan time of one program with each timing table of its CPU family.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CpuComparison {
     /// The program's files.
     pub files: Vec<String>,
     /// The condition that was checked.
     pub condition: CpuCheck,
-    /// One result for each timing table.
+    /// One result for each timing table, the highest bound first. A scan that may never end comes before all others,
+    /// and a table that lacks times comes last.
     pub candidates: Vec<CpuResult>,
 }
 
 impl CpuComparison {
-    /// The slowest CPU that is proved to stay within the limit: of all such CPUs, the one with the highest bound.
+    /// The slowest CPU on which the program is proved to stay within the limit: of all such CPUs, the one with the
+    /// highest bound. `None` if there is no such CPU, or no limit.
     #[must_use]
     pub fn slowest(&self) -> Option<&CpuResult> {
         self.candidates.iter().find(|one| one.is_proved())
     }
 }
 
-/// A timing table, and the scan time of the program according to it.
+/// A timing table, and the scan time of the program by it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CpuResult {
     /// The name of the timing table.
     pub table: String,
     /// The title of the table, one line.
     pub title: String,
-    /// The CPUs for which the table is made.
+    /// The names of the CPUs for which the table gives the times.
     pub cpus: Vec<String>,
-    /// Whether the audit uses this table unless the user names a different one.
+    /// Whether an audit of the program uses this table: the one that the user names, otherwise the one for the
+    /// program's CPU.
     pub is_own: bool,
-    /// The CPU that the program or the user names, if this table is for that CPU.
+    /// The CPU that the user names, otherwise the one that the program names. Only with the table that an audit uses
+    /// (`is_own`).
     pub cpu: Option<String>,
-    /// The scan time, or the errors: instructions for which the table has no time.
+    /// The scan time, or the errors that prevent a bound, mostly instructions for which the table has no time.
     pub outcome: Result<CpuScanTime, Vec<Diagnostic>>,
 }
 
 impl CpuResult {
-    /// Whether the program is proved to stay within the limit.
+    /// Whether the program is proved to stay within the limit on this CPU. False if there is no limit.
     #[must_use]
     pub fn is_proved(&self) -> bool {
         let check = self.outcome.as_ref().ok().and_then(|found| found.check.as_ref());
@@ -74,23 +78,24 @@ impl CpuResult {
     }
 }
 
-/// The scan time according to one table.
+/// The bounds of the scan time by one table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CpuScanTime {
-    /// The upper bound. `None` if a scan may never end.
+    /// The upper bound, with the points that were charged. `None` if a scan may never end.
     pub upper: Option<Picos>,
-    /// The upper bound with all points that the CPU can have, if their number is not stated. It is this bound that is
-    /// compared with the limit.
+    /// The upper bound with all points that the CPU can have, where their number is not stated. It is this bound that
+    /// is compared with the limit. `None` if a scan may never end.
     pub all_points: Option<Picos>,
-    /// A lower bound: the time of a scan that nothing known excludes.
+    /// The admissible lower bound: the time of a scan that nothing known here excludes.
     pub lower: Picos,
     /// The largest share of the bound that can rest on assumed times.
     pub assumed: Share,
-    /// The verdict on the limit, if there is a limit for this CPU.
+    /// The verdict on the limit. `None` if there is no limit, or if it is the watchdog time and that is unknown for
+    /// this CPU.
     pub check: Option<Check>,
-    /// Why the bound may be too low.
+    /// All reasons why the bound may be too low, including unstated points.
     pub doubts: Vec<Doubt>,
-    /// Whether the time limit or the user ended a stage early.
+    /// Whether the time limit or the user ended a stage early, so that the bound may be higher than necessary.
     pub is_cut: bool,
 }
 
@@ -98,7 +103,8 @@ pub struct CpuScanTime {
 /// read and its value ranges are computed once. Each table may use the whole time limit.
 ///
 /// # Errors
-/// All faults of the program at once, or that the analysis and the interpreter disagree.
+/// All faults of the program at once, or that the analysis and the interpreter disagree. Times that a table lacks are
+/// no error: they are the outcome for that table.
 pub fn compare_cpus(request: &Request<'_>, condition: CpuCheck) -> Result<CpuComparison, Failure> {
     let prepared = PreparedProject::of(request)?;
     let own = prepared.table().name.clone();

@@ -1,10 +1,11 @@
-//! Which free variables determine the time of the worst scan: the others may have any value.
+//! Which free variables determine the time of the longest scan: the others may have any value.
 
 use scanbound_model::{Assignment, Lit, Node, ScanModel, VarId};
 use std::collections::BTreeSet;
 
-/// For each variable, whether its value is needed to know a lower bound on the charges' time and that the constraints
-/// hold. The set is small, but not always minimal.
+/// For each variable of the model, whether its value in `assignment` is needed to show that these charges take at least
+/// the time that they take under it, and that all constraints of the model hold. The set is small, but not always
+/// minimal.
 pub fn needed_variables(
     model: &ScanModel,
     assignment: &Assignment,
@@ -58,7 +59,7 @@ pub fn needed_variables(
     variables
 }
 
-/// The variables on which the time of the charges depends.
+/// The variables that occur in the guards of these charges.
 pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
     let guards = charges.iter().map(|&index| &model.charges[index]);
     let mut open: Vec<usize> = guards.flat_map(|charge| charge.literals()).map(Lit::node).collect();

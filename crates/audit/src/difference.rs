@@ -14,26 +14,28 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Side {
     /// The file, as the user named it.
     pub file: String,
-    /// The place of the rung's first instruction.
+    /// The place of the rung's first instruction that has a time.
     pub at: Location,
-    /// The rung's instructions, separated by ` / `.
+    /// The texts of the rung's instructions that have a time, separated by ` / `.
     pub text: String,
     /// The part of the bound that the rung takes, without the table's factor.
     pub time: Picos,
 }
 
-/// How a rung changed.
+/// How a rung changed between the two versions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ChangeKind {
-    /// The text of the rung changed.
+    /// The text of the rung changed: at least half of the instructions are the same as those of a rung at that place in
+    /// the old version.
     Changed,
-    /// The rung exists only in the new version.
+    /// The rung exists only in the new version. A rung that changed too much counts as removed and added.
     Added,
     /// The rung exists only in the old version.
     Removed,
-    /// The text of the rung is the same, but its place changed.
+    /// The text of the rung is the same, but it is in another place among the rungs, or in another file. Its part of
+    /// the bound may have changed too.
     Moved,
-    /// The text and place of the rung are the same, but its part of the bound changed.
+    /// The text and the order of the rungs are the same there, but the part of the bound that the rung takes changed.
     Same,
 }
 
@@ -51,7 +53,7 @@ impl ChangeKind {
     }
 }
 
-/// A rung that is in both versions, or in one of them.
+/// A rung that differs between the versions, as it is in each of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Change {
     /// How the rung changed.
@@ -63,7 +65,8 @@ pub struct Change {
 }
 
 impl Change {
-    /// The rung's part of the new bound minus its part of the old one, in picoseconds.
+    /// The rung's part of the new bound minus its part of the old one, in picoseconds. A rung that does not exist
+    /// counts as 0.
     #[must_use]
     pub fn delta(&self) -> i128 {
         let time = |side: &Option<Side>| side.as_ref().map_or(0, |side| i128::from(side.time.0));
@@ -71,7 +74,7 @@ impl Change {
     }
 }
 
-/// The differences between two versions.
+/// The differences between the audits of two versions of a project.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
     /// The files of the old version.
@@ -82,16 +85,18 @@ pub struct Difference {
     pub old: Picos,
     /// The upper bound of the new version.
     pub new: Picos,
-    /// The rungs whose text, place or time changed, the largest change of the bound first.
+    /// The rungs whose text, place or time changed: first edited and moved rungs, then rungs of which only the time
+    /// changed, last rungs with the same time. In each of the three, the largest change of time comes first.
     pub changes: Vec<Change>,
-    /// The number of rungs that did not change.
+    /// The number of rungs whose text, place and time did not change.
     pub unchanged: usize,
-    /// The change of the bound that belongs to no rung, in picoseconds: overhead, what the search left open, the
-    /// factor.
+    /// The change of the bound that belongs to no rung, in picoseconds: of overhead, of what the search left open, and
+    /// of the table's factor.
     pub besides: i128,
-    /// Whether one of the two bounds may be too low because something is not stated.
+    /// Whether one of the two bounds may be too low, because something is not stated or a loop may never end.
     pub is_doubtful: bool,
-    /// Whether a scan of the new version can stay in a loop for ever. The new bound is only valid for scans that end.
+    /// Whether a scan of the new version can reach a loop for which no end is known. The new bound is only valid for
+    /// scans that end.
     pub is_endless: bool,
     /// The permitted growth of the bound in millionths of the old one, if there is such a condition.
     pub allowed: Option<u32>,
@@ -131,14 +136,16 @@ impl Difference {
         i128::from(self.new.0) - i128::from(self.old.0)
     }
 
-    /// The change of the bound in thousandths of the old bound, rounded to the nearest, halves away from zero.
+    /// The change of the bound in thousandths of the old bound, rounded to the nearest, halves away from zero. Negative
+    /// if the bound fell.
     #[must_use]
     pub fn thousandths(&self) -> i128 {
         let (delta, old) = (self.delta(), i128::from(self.old.0).max(1));
         (delta.abs() * 2000 + old) / (old * 2) * delta.signum()
     }
 
-    /// Whether the bound grew by more than is allowed. Also true if a scan may never end.
+    /// Whether the bound grew by more than `allowed`. Also true if a scan of the new version may never end. Always
+    /// false if `allowed` is `None`.
     #[must_use]
     pub fn is_above(&self) -> bool {
         let above =
@@ -147,7 +154,7 @@ impl Difference {
     }
 }
 
-/// The rungs of each file in the file's order, by the file's short name.
+/// The rungs with a time of each file, in the order of the file, by the file's short name.
 fn rungs(audit: &Audit) -> BTreeMap<String, Vec<Side>> {
     let mut lines: BTreeMap<u32, BTreeSet<(Location, &str)>> = BTreeMap::new();
     let groups = audit.groups.iter().flat_map(|group| &group.charges);
@@ -175,7 +182,8 @@ fn rungs(audit: &Audit) -> BTreeMap<String, Vec<Side>> {
 
 type Rungs = BTreeMap<String, Vec<Side>>;
 
-/// The pairs of files that are versions of each other: files of the same name, or the only file of each version.
+/// The rungs of files that are versions of each other: files of the same short name, or the only file of each version.
+/// A file without a counterpart is paired with an empty list.
 fn pairs<'a>(old: &'a Rungs, new: &'a Rungs) -> Vec<(&'a [Side], &'a [Side])> {
     if let (1, 1) = (old.len(), new.len()) {
         return old.values().zip(new.values()).map(|(a, b)| (&a[..], &b[..])).collect();
@@ -185,16 +193,16 @@ fn pairs<'a>(old: &'a Rungs, new: &'a Rungs) -> Vec<(&'a [Side], &'a [Side])> {
     names.into_iter().map(|name| (of(old, name), of(new, name))).collect()
 }
 
-/// A rung that is not matched yet, and the section of the file in which it is.
+/// A rung that is not matched yet, and the number of the section of differing rungs in which it is (`stretch`).
 struct Loose {
     stretch: usize,
     side: Side,
 }
 
-/// The largest number of new rungs in a section that are compared with one old rung.
+/// The largest number of new rungs in a section that are compared with one old rung. Further ones are not considered.
 const MAX_COMPARED: usize = 64;
 
-/// The rungs of both versions that have been matched.
+/// The changes found so far, and the rungs of both versions that are not matched yet.
 #[derive(Default)]
 struct Matched {
     changes: Vec<Change>,
@@ -205,7 +213,8 @@ struct Matched {
 }
 
 impl Matched {
-    /// Matches the rungs of one file.
+    /// Matches the rungs of one file that have the same text in the same order. The others become `removed` and
+    /// `added`.
     fn add(&mut self, old: &[Side], new: &[Side]) {
         let texts =
             |sides: &[Side]| -> Vec<String> { sides.iter().map(|one| one.text.clone()).collect() };
@@ -291,7 +300,8 @@ impl Matched {
     }
 }
 
-/// The new rung that an old rung most likely became: at least half of the instructions are the same in both.
+/// The index of the new rung that resembles an old rung most. `None` if none has at least half of its instructions in
+/// common with it, counted over both rungs.
 fn nearest(old: &Side, fresh: &[Side]) -> Option<usize> {
     let own: Vec<&str> = old.text.split(" / ").collect();
     let alike = fresh.iter().take(MAX_COMPARED).enumerate().filter_map(|(index, new)| {

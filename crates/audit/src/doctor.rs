@@ -1,4 +1,5 @@
-//! A list of everything that prevents a bound, and of everything that was read. It goes on after the first fault.
+//! Examines a project without an audit: lists everything that was read and everything that prevents a bound. It goes on
+//! after the first fault.
 
 use super::pipeline::STAGES;
 use super::priced::refuse_assumed;
@@ -16,18 +17,19 @@ use std::collections::BTreeSet;
 /// The result of examining a project without an audit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnosis {
-    /// The files that were examined.
+    /// The files that were examined, in the order of the request.
     pub files: Vec<ExaminedFile>,
-    /// The CPU that the project or the user names.
+    /// The CPU that the user names, otherwise the one that the project names. `None` if neither names one, or nothing
+    /// could be read.
     pub cpu: Option<String>,
-    /// The timing table for the project's CPU.
+    /// The name of the timing table for the CPU, or of the one that the user names. `None` if none was found.
     pub table: Option<String>,
-    /// The findings, the most serious first.
+    /// The findings, in the order of [`Section::ALL`].
     pub findings: Vec<Finding>,
 }
 
 impl Diagnosis {
-    /// Whether no finding prevents a bound.
+    /// Whether no finding prevents a bound. Facts that are not stated do not prevent one, but it may then be too low.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.findings.iter().all(|one| !one.section.is_grave())
@@ -41,7 +43,7 @@ pub struct ExaminedFile {
     pub name: String,
     /// What the file contains.
     pub what: ExaminedKind,
-    /// The number of instructions in the file. `None` if the file could not be read.
+    /// The number of instructions in the file. `None` if the file is not a program, or if no program could be decoded.
     pub instructions: Option<usize>,
     /// Whether the file contains only subroutines, which run only if they are called.
     pub standby: bool,
@@ -50,32 +52,32 @@ pub struct ExaminedFile {
 /// The contents of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExaminedKind {
-    /// A program in this dialect.
+    /// A program in this dialect. `as named`: the user named the dialect, and it cannot be told from the contents.
     Program(&'static str),
     /// Names and comments of devices.
     Comments,
-    /// A file that cannot be read.
+    /// A file that was excluded because it has errors, or whose contents are not recognised.
     Refused,
 }
 
-/// The sections of the list of findings.
+/// The sections of the list of findings. The first five prevent a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
-    /// Text that cannot be read or understood.
+    /// Text that cannot be read or understood, and all errors that belong to no other section.
     Refused,
-    /// Unknown instructions.
+    /// Instructions that no front knows.
     Unknown,
     /// Missing routines and labels.
     Missing,
-    /// Instructions without a time.
+    /// Instructions for which the table has no time, or only an assumed one although the user excludes these.
     NoTime,
     /// Facts, options or rows of the table that do not fit the program.
     Stated,
-    /// Facts that the bound needs and that are not stated.
+    /// Reasons why a bound may be too low, mostly facts that it needs and that are not stated.
     NotStated,
     /// Files among the programs that were left out.
     LeftOut,
-    /// Other findings that are worth checking.
+    /// Other warnings.
     Noticed,
 }
 
@@ -142,20 +144,21 @@ impl Section {
 pub struct Finding {
     /// The section in which the finding is listed.
     pub section: Section,
-    /// The code of the finding. `None` for facts that are not stated.
+    /// The code of the finding. `None` in the section [`Section::NotStated`].
     pub code: Option<Code>,
     /// What is wrong.
     pub message: String,
-    /// What the user can do.
+    /// What the user can do. Empty in the section [`Section::NotStated`], where `message` says it.
     pub help: String,
     /// The files and lines, in their order. The line is `None` if the finding is about a whole file. The list is empty
     /// if it is about no file.
     pub places: Vec<(String, Option<u32>)>,
-    /// The source text at the first place.
+    /// The source text at the first place. Empty if there is none.
     pub text: String,
 }
 
-/// Examines a project as far as possible. `noticed` are findings made while its files were collected.
+/// Examines a project as far as possible: reads and decodes it, looks for its timing table, checks the facts against
+/// the program, and prices it. `noticed` are findings made while its files were collected.
 #[must_use]
 pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
     let mut doctor = Doctor {
@@ -179,7 +182,7 @@ pub fn diagnose(request: &Request<'_>, noticed: Vec<Diagnostic>) -> Diagnosis {
 struct Doctor<'r, 'a> {
     request: &'r Request<'a>,
     found: Vec<Diagnostic>,
-    /// Files that are excluded from further stages.
+    /// The names of files that are excluded from further stages because they have errors.
     dropped: BTreeSet<String>,
     cpu: Option<String>,
     table: Option<String>,
@@ -187,7 +190,8 @@ struct Doctor<'r, 'a> {
 }
 
 impl Doctor<'_, '_> {
-    /// Runs the stages. If one finds faults, the next ones run without the files that have them.
+    /// Runs the stages. If one finds faults, it is repeated without the files that have them. Returns the program, or
+    /// `None` if no file is left that can be read.
     fn read_all(&mut self) -> Option<Program> {
         loop {
             let project = self.read()?;
@@ -210,7 +214,8 @@ impl Doctor<'_, '_> {
         }
     }
 
-    /// Reads the remaining files. Files that cannot be read are excluded.
+    /// Reads the remaining files. Files that cannot be read are excluded. `None` if no file is left, or if the fault
+    /// belongs to no file.
     fn read(&mut self) -> Option<Box<dyn Project>> {
         loop {
             let left: Vec<Input> = self.remaining_files().cloned().collect();
@@ -231,8 +236,9 @@ impl Doctor<'_, '_> {
         }
     }
 
-    /// Decodes the programs. Unknown instructions are reported and then accepted, so that other faults are found too.
-    /// Files with other faults are excluded; then there is no program in this round.
+    /// Decodes the programs. Unknown instructions and missing routines are reported and then accepted, so that other
+    /// faults are found too. Files with other faults are excluded; then the result is `None`, and the caller repeats
+    /// the reading without them.
     fn decode(&mut self, project: &dyn Project, table: Option<&Table>) -> Option<Program> {
         let budget = self.request.budget();
         let options = |knows: &dyn Fn(&str) -> bool, incomplete: bool| {
@@ -274,7 +280,8 @@ impl Doctor<'_, '_> {
         }
     }
 
-    /// Checks the facts and the times against the program.
+    /// Checks the stated facts (unless files were excluded), calls and loops, and whether the table has the times.
+    /// Returns the program.
     fn price(&mut self, mut program: Program, table: Option<Table>) -> Program {
         if self.dropped.is_empty() {
             match state(&mut program, self.request) {
@@ -370,7 +377,8 @@ impl Doctor<'_, '_> {
     }
 }
 
-/// All findings as a list. A finding at several places is listed once.
+/// All findings as a list, sorted by section. Findings with the same code and message are listed once, with all their
+/// places.
 fn findings(found: Vec<Diagnostic>, doubts: Vec<doubt::Doubt>) -> Vec<Finding> {
     let mut findings: Vec<Finding> = Vec::new();
     for fault in found {

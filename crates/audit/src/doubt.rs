@@ -1,4 +1,4 @@
-//! Why a bound may be too low: what it needs and nobody stated, with the message for each case.
+//! Why a bound may be too low: mostly facts that it needs and that are not stated, with the message for each case.
 
 use super::{Cycle, LoopUse, NetworkUse};
 use scanbound_base::time::Picos;
@@ -9,10 +9,11 @@ use std::fmt;
 /// The largest number of undecided loops that are listed one by one.
 const MAX_LISTED: usize = 10;
 
-/// Why a bound may be too low.
+/// One reason why a bound may be too low. Its text for reports is its `Display`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Doubt {
-    /// The number of inputs or outputs is not stated.
+    /// The number of inputs or outputs that the CPU refreshes is not stated. The points that the program uses were
+    /// charged.
     Points(UnstatedPoints),
     /// It is not stated how often a routine interrupts a scan.
     Interrupts {
@@ -21,7 +22,7 @@ pub enum Doubt {
         /// The number of interrupts in a scan that was assumed.
         taken: u32,
     },
-    /// The stated interval makes a routine interrupt a scan more often than was charged.
+    /// By the stated interval, a routine is due more often in the longest scan than was charged.
     TooFewInterrupts {
         /// The name of the interrupt routine.
         name: String,
@@ -32,26 +33,26 @@ pub enum Doubt {
         /// The number of times that the interrupt is due in the longest scan, with all points that the CPU can have.
         due: u64,
     },
-    /// The refresh time of the network devices that the program uses is not stated.
+    /// The program uses network devices, and the time of network refresh is not stated. The bound does not include it.
     Networks {
-        /// The devices that a network refreshes and that the program uses.
+        /// The network devices that the program uses, as a list for reports.
         what: String,
         /// The file and line of the first use.
         first: (String, u32),
     },
-    /// A scan can reach a loop that nothing bounds.
+    /// A scan can reach a loop for which no end is known.
     Endless {
         /// The line to which control jumps back.
         line: u32,
         /// True: a scan can stay in the loop for ever. False: nothing is known that ends the loop.
         certain: bool,
     },
-    /// It was not decided whether a scan can stay in the loop for ever.
+    /// It was not decided whether a scan can reach this loop, for which no end is known.
     PerhapsEndless {
         /// The line to which control jumps back.
         line: u32,
     },
-    /// The number of loops of this kind that are not listed.
+    /// The number of further loops as in [`Doubt::PerhapsEndless`], which are not listed one by one.
     MorePerhapsEndless(usize),
     /// Called functions or function blocks have no body. They were assumed to do nothing.
     Bodiless {
@@ -60,20 +61,22 @@ pub enum Doubt {
         /// The file and line of the first call.
         first: (String, u32),
     },
-    /// A scan may take longer than this timer time, but a timer that starts in a scan is assumed not to time out within
-    /// it.
+    /// The bound is not below this time, that of the shortest timer, although it assumes that no timer times out in the
+    /// scan that starts it.
     OutlastsTimer(Picos),
     /// The program may switch on a constant scan whose time is unknown.
     ConstantScan {
         /// The register that holds the constant scan time.
         device: &'static str,
-        /// The device from which the register is set, whose value is unknown.
+        /// The device from which the program sets the register, whose value is unknown. `None` if it is not set from a
+        /// device.
         from: Option<String>,
     },
 }
 
 impl Doubt {
-    /// All doubts except those about unstated points.
+    /// The doubts about interrupts without a stated number, networks, routines without a body, loops and timers.
+    /// `endless` are loops that a scan can reach, `open` those for which that was not decided, `upper` is the bound.
     pub(super) fn all(
         program: &Program,
         networks: &[NetworkUse],
@@ -111,14 +114,15 @@ impl Doubt {
 }
 
 impl Doubt {
-    /// The doubt that the program may set a constant scan time that is unknown.
+    /// The doubt that the program may switch on a constant scan whose time is unknown, if that is so.
     pub(super) fn of_cycle(cycle: &Cycle) -> Option<Doubt> {
         let from = cycle.settings.iter().find_map(|one| one.from.clone());
         cycle.is_unknown.then_some(Doubt::ConstantScan { device: cycle.devices[0], from })
     }
 }
 
-/// The doubts that can be found before the analysis follows a scan.
+/// The doubts that can be found before the analysis follows a scan: those about points, interrupts without a stated
+/// number, networks and routines without a body.
 #[must_use]
 pub(super) fn doubts_before_scan(program: &Program, prices: &Prices) -> Vec<Doubt> {
     let place = |at: usize| program.instructions[at].place;
@@ -130,7 +134,7 @@ pub(super) fn doubts_before_scan(program: &Program, prices: &Prices) -> Vec<Doub
 }
 
 impl Doubt {
-    /// What is doubtful, in a few words.
+    /// What the doubt is about, in a few words for reports.
     #[must_use]
     pub fn topic(&self) -> &'static str {
         match self {

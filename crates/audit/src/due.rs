@@ -8,15 +8,16 @@ use scanbound_replay::RealRun;
 use std::collections::BTreeSet;
 
 /// The largest number of runs of an interrupt of this interval in a scan of this time: one at its start, and one each
-/// time the interval has passed. An interrupt during END processing waits for the next scan. That does not add a run,
-/// because one in the END processing of this scan waits, too. If the program can let interrupts wait
-/// (`holds_interrupts`), one more may be left over from earlier scans.
+/// time that the interval has passed before its end. An interrupt during END processing waits for the next scan. That
+/// does not add a run, because one in the END processing of this scan waits, too. If the program can let interrupts
+/// wait (`holds_interrupts`), one more may be left over from earlier scans.
 pub(super) fn due(scan: Picos, interval: Picos, holds_interrupts: bool) -> u64 {
     let due = scan.0.div_ceil(interval.0.max(1)).max(1);
     due.saturating_add(holds_interrupts.into())
 }
 
-/// The interrupts of which the longest scan was charged too few: by their intervals, more are due in it.
+/// A doubt for each interrupt with a stated interval that is due more often in a scan of the time `longest` than a scan
+/// is charged.
 pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<Doubt> {
     let of = |one: &Interrupt| {
         let every = *facts.intervals.get(&one.name.to_ascii_uppercase())?;
@@ -28,8 +29,9 @@ pub(super) fn too_few(program: &Program, facts: &Facts, longest: Picos) -> Vec<D
     program.interrupts.iter().filter_map(of).collect()
 }
 
-/// The time of the interrupts that a scan was given although they are not due in a scan of its length. Without them the
-/// scan is shorter, so that others may no longer be due; this is repeated.
+/// The time that a real run spent in interrupt routines that it was given more often than they are due in a scan of its
+/// length, `took`. All runs of such a routine count. Without them the scan is shorter, so that others may no longer be
+/// due; this is repeated. Zero if there are none.
 pub(super) fn not_due(program: &Program, facts: &Facts, run: &RealRun, took: Picos) -> Picos {
     let mut less = Picos::ZERO;
     loop {

@@ -1,7 +1,8 @@
 //! How many of a project's statements are followed exactly, and why the others are not.
 //!
-//! A statement is followed exactly if nothing that it reads or writes has any value in the model of the scan, except
-//! for values from outside: inputs, and how far timers have run. `docs/sfc.md` says what counts as a statement.
+//! A statement is followed exactly if the model of the scan gives everything that it reads or writes the same value as
+//! a PLC. Inputs, and how far timers have run, may have any value nevertheless. `docs/sfc.md` says what counts as a
+//! statement.
 
 use scanbound_base::location::Location;
 use scanbound_ir::meaning::{ChoiceKind, Operation};
@@ -13,25 +14,26 @@ use scanbound_model::{Origin, ScanModel};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// How much of a project is followed exactly.
+/// How many statements of a project are followed exactly, by language, and why the others are not.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exactness {
     /// One entry for each language, the one with the most statements first.
     pub languages: Vec<LanguageUse>,
-    /// The reasons why statements are not followed exactly, the most frequent first.
+    /// The reasons why statements are not followed exactly, the one with the most statements first.
     pub constructs: Vec<Construct>,
-    /// Bodies that could not be read and are never called, with the reason.
+    /// The names of bodies that could not be read and that no scan calls, each with the reason why it could not be
+    /// read.
     pub unread: Vec<(String, String)>,
 }
 
-/// The bodies and statements in one language.
+/// The numbers of bodies and statements in one language.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LanguageUse {
     /// The abbreviation of the language, such as ST.
     pub language: &'static str,
-    /// The number of bodies that a scan can reach.
+    /// The number of bodies that a scan can call.
     pub called: u64,
-    /// The number of bodies that are never called. Their statements are not counted.
+    /// The number of bodies that no scan can call. Their statements are not counted.
     pub uncalled: u64,
     /// The number of statements in the called bodies.
     pub statements: u64,
@@ -39,14 +41,15 @@ pub struct LanguageUse {
     pub exact: u64,
 }
 
-/// A construct that may have any value in the model, and the statements that contain it.
+/// A reason why statements are not followed exactly: a construct whose result may be any value in the model. A
+/// statement with several reasons is counted only for the first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Construct {
-    /// The name of the language construct, for reports.
+    /// The reason as a text for reports, such as `a product of two values: may be any value`.
     pub what: String,
-    /// The number of statements that are not followed exactly because of the construct.
+    /// The number of statements for which this is the first reason.
     pub statements: u64,
-    /// The statements that contain the construct.
+    /// The statements for which this is the first reason, sorted by place.
     pub places: Vec<InexactUse>,
 }
 
@@ -62,14 +65,15 @@ pub struct InexactUse {
 }
 
 impl Exactness {
-    /// The number of statements, and the number of those that are followed exactly.
+    /// The number of statements in all languages, and the number of those that are followed exactly.
     #[must_use]
     pub fn total(&self) -> (u64, u64) {
         let sum = |of: fn(&LanguageUse) -> u64| self.languages.iter().map(of).sum();
         (sum(|one| one.statements), sum(|one| one.exact))
     }
 
-    /// Counts the statements of a program that are followed exactly. `None` if its front does not list statements.
+    /// Counts the statements of a program that the model follows exactly. `None` if the program's front lists no
+    /// bodies.
     pub(super) fn of(program: &Program, model: &ScanModel) -> Option<Exactness> {
         let source = &program.statements;
         if source.bodies.is_empty() {
@@ -121,8 +125,8 @@ impl Exactness {
     }
 }
 
-/// The instructions whose result may have any value in the model, in their order, each with the construct that causes
-/// it.
+/// Why instructions are not followed exactly: indices of instructions, ascending, each with a reason as a text. An
+/// instruction with several reasons occurs several times.
 fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
     let mut found: Vec<(usize, String)> = Vec::new();
     let taken = taken(program, model);
@@ -150,7 +154,7 @@ fn reasons(program: &Program, model: &ScanModel) -> Vec<(usize, String)> {
     found
 }
 
-/// The choices that an instruction reads or writes.
+/// The choices (nondeterministic values) that an instruction reads or writes.
 fn choices(instruction: &Instruction) -> Vec<ChoiceId> {
     let mut found = Vec::new();
     instruction.each_read(&mut |source| match source {
@@ -166,15 +170,15 @@ fn choices(instruction: &Instruction) -> Vec<ChoiceId> {
     found
 }
 
-/// Whether an approximation of the instruction occurs in the model: one of its choices has any value there, or it has
-/// no choices.
+/// Whether an approximation of the instruction `at` matters in the model: one of its choices is among `taken`, or it
+/// has no choices.
 fn holds_here(program: &Program, taken: &BTreeSet<ChoiceId>, at: usize) -> bool {
     let choices_here = choices(&program.instructions[at]);
     choices_here.is_empty() || choices_here.iter().any(|choice| taken.contains(choice))
 }
 
-/// The choices that may have any value somewhere in the model. Choices that were resolved or that the language
-/// determines are not among them.
+/// The choices that may have any value somewhere in the model. Left out are choices that the model resolved to exact
+/// results, and results that the language leaves undefined.
 fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     let read = model.variables.iter().filter_map(|variable| match &variable.origin {
         Origin::Choice(key) => Some((&key.frames, key.choice)),
@@ -188,8 +192,8 @@ fn taken(program: &Program, model: &ScanModel) -> BTreeSet<ChoiceId> {
     read.chain(written).filter(|one| !is_followed(one)).map(|(_, choice)| choice).collect()
 }
 
-/// The language construct of which the choice is the result, as a text for reports. `None` if the value comes from
-/// outside.
+/// The reason why a choice may have any value, named after the operation of which it is the result, as a text for
+/// reports. `None` if the value comes from outside.
 fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
     let meaning = match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) => meaning,

@@ -1,4 +1,4 @@
-//! Relays that only the program writes, in known ways: at the start of a scan they hold what the scan before left in
+//! Exclusive relays: only the program writes them, so at the start of a scan they hold what the scan before left in
 //! them.
 
 use scanbound_ir::{
@@ -14,16 +14,17 @@ use std::fmt;
 pub enum StartUnknown {
     /// According to `--trust`, other writers than the program may write the relay.
     NotTrusted,
-    /// The relay is an input, or in a word of which the program reads bits that it does not write.
+    /// The relay is an input, or in a word of I/O points of which the program reads bits that it does not write.
     Input,
     /// The relay is latched: after a power failure it keeps the value that it had in the middle of a scan.
     Latched,
-    /// Other writers write the relay: the facts state so, or the CPU, a network, a module or an interrupt does at any
-    /// moment.
+    /// Other writers write the relay: the facts state so, or the CPU, a network, a module or an interrupt may do so at
+    /// any moment. Also if it is not known to be 0 at power-up.
     Others,
-    /// No instruction of the program writes the relay.
+    /// No instruction of the program writes the relay as a single bit.
     NotWritten,
-    /// An instruction writes an unknown value into the relay.
+    /// An instruction writes a value into the relay, or into a region that contains it, that the analysis does not
+    /// know.
     AnyValue,
 }
 
@@ -51,17 +52,17 @@ const LONGEST_RESULT: u32 = 64;
 pub struct ExclusiveRelays<'p> {
     program: &'p Program,
     trust: Trust,
-    /// Bits that instructions write individually.
+    /// The bits that instructions write as single bits.
     written: BTreeSet<BitTarget>,
-    /// The relays into which an instruction writes an unknown value.
+    /// The bits of `written` into which an instruction writes a nondeterministic value.
     unknown: BTreeSet<BitTarget>,
     /// The words that instructions write as a whole, and those of them that take the result of an operation.
     words: BTreeSet<Cell>,
     computed: BTreeSet<Cell>,
     /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,
-    /// The words of I/O points that serve outputs: the program writes them and reads no bit of them that it does not
-    /// write.
+    /// The words of I/O points that serve outputs: the program writes bits of them and reads no bit of them that it
+    /// does not write.
     outputs: BTreeSet<Cell>,
 }
 
@@ -165,7 +166,8 @@ impl<'p> ExclusiveRelays<'p> {
         self.later.iter().any(|region| region.contains(cell))
     }
 
-    /// Why the value of a bit at the start of a scan is unknown. `None` if it is what the scan before left.
+    /// Why the value of a bit at the start of a scan is unknown. `None` if it is a known value that the scan before
+    /// left.
     #[must_use]
     pub fn start_unknown(&self, bit: BitTarget) -> Option<StartUnknown> {
         if let Err(unknown) = self.is_own(bit.cell()) {
@@ -254,7 +256,7 @@ fn range(target: &WordTarget) -> Option<Region> {
     }
 }
 
-/// Whether a number contains words that may have any value. Results of the same instruction do not count.
+/// Whether a number contains a nondeterministic value that is not the exact result of an operation.
 fn takes_any_value(program: &Program, number: &Number) -> bool {
     number.words().any(|word| match word {
         WordSource::Free(choice) => {

@@ -1,4 +1,4 @@
-//! What a real run shows about the model's charges and free variables.
+//! What a real run (a scan simulated as on a PLC) shows about the model's charges and free variables.
 
 use super::real::RunResults;
 use scanbound_base::time::Picos;
@@ -10,11 +10,12 @@ use std::collections::BTreeMap;
 /// The end of a message about an operation error: what to state if the CPU continues after it.
 const CHOICE: &str = ": if its parameters let it continue, state [scan] on_error = \"continue\"";
 
-/// The executions by instruction and call context: whether each fired, and its time.
+/// The executions of a scan, by instruction and call context: whether the instruction fired there, and its time.
 pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
 
 impl Executed {
-    /// The executions of a scan. Iterations of a loop that the model does not follow are combined into one.
+    /// The executions of a real run. Those in the iterations of a loop that the model does not follow are combined into
+    /// one, with the sum of their times.
     pub fn of(program: &Program, real: &RealRun) -> Executed {
         let mut executed: BTreeMap<(usize, Vec<Frame>), (bool, Picos)> = BTreeMap::new();
         let is_summary =
@@ -27,19 +28,21 @@ impl Executed {
         Executed(executed)
     }
 
-    /// Whether control reached the instruction in this call context, whether it fired, and its time.
+    /// Whether control reached the instruction in this call context, whether it fired, and its time. False and zero if
+    /// the run did not execute it there.
     pub fn at(&self, instruction: usize, frames: &[Frame]) -> (bool, bool, Picos) {
         let found = self.0.get(&(instruction, frames.to_vec()));
         found.map_or((false, false, Picos::ZERO), |&(fired, cost)| (true, fired, cost))
     }
 
-    /// The instruction and time of every execution.
+    /// The instruction and the time of every execution. An instruction occurs once for each call context.
     pub fn costs(&self) -> impl Iterator<Item = (usize, Picos)> + '_ {
         self.0.iter().map(|((instruction, _), (_, cost))| (*instruction, *cost))
     }
 }
 
-/// The values of the model's variables in the scan: its start values and the values from outside.
+/// The values of the model's variables in the longest real run: its start values and nondeterministic values. 0 for
+/// variables to which the run gave no value.
 pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     let value = |origin: &Origin| match origin {
         Origin::Start(cell) => found.witness.start.get(cell).copied(),
@@ -54,7 +57,8 @@ pub fn started(model: &ScanModel, found: &RunResults) -> Assignment {
     Assignment(model.variables.iter().map(|one| value(&one.origin).unwrap_or(0)).collect())
 }
 
-/// Why no real run was found that takes as long as the model's longest scan.
+/// Why no real run was found that takes as long as the model's longest scan, as a text for reports. `real` is the
+/// longest real run found.
 pub fn stands_between(program: &Program, real: &RealRun) -> String {
     let at = |instruction: usize| {
         let one = &program.instructions[instruction];

@@ -1,5 +1,5 @@
-//! What is known of an instruction: its times by a table, and what the analysis follows of it. Both come from sample
-//! lines that the front writes, which are then decoded like any program.
+//! What is known of an instruction: its times by a timing table, and how precisely the analysis follows it. Both come
+//! from sample lines of the front, which are decoded like any program.
 
 use scanbound_base::facts::Facts;
 use scanbound_front::{ExampleForm, Examples, Front, Fronts, Input, Options, SourceOptions};
@@ -14,7 +14,7 @@ use scanbound_timing::table::{Factor, Row, Table};
 /// What a timing table and the analysis say about an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExplainedInstruction {
-    /// The name of the instruction.
+    /// The name of the instruction, in upper case.
     pub name: String,
     /// The name of the timing table.
     pub table: String,
@@ -22,30 +22,33 @@ pub struct ExplainedInstruction {
     pub title: String,
     /// Names of instructions that have the same effect and only differ in their form, such as pulse forms.
     pub variants: Vec<String>,
-    /// The forms of the instruction.
+    /// The forms of the instruction, such as those with different operands. Forms of which no sample line can be
+    /// decoded are left out.
     pub forms: Vec<FormUse>,
-    /// The rows that add time for operands in some areas (`@+ZR`) or for bits of words.
+    /// The rows of the table that add time for operands in some areas (`@+ZR`) or for bits of words. The times in
+    /// `forms` do not include it.
     pub extras: Vec<Row>,
     /// The factor on the whole scan. The times in `forms` do not include it.
     pub factor: Option<Factor>,
 }
 
-/// One form of an instruction.
+/// One form of an instruction, described by a sample line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FormUse {
     /// A sample line of this form.
     pub line: String,
-    /// The rows of the table that give the time. Empty if the form has no time.
+    /// The rows of the table that give the time of the sample line. Empty if the table has no time for it.
     pub rows: Vec<Row>,
-    /// Whether the first of these rows is that of the timing class.
+    /// Whether the first of these rows is not for the instruction itself, but for its timing class.
     pub by_class: bool,
-    /// The timing class of this form.
+    /// The timing class of this form: the table may have one row for all instructions of a class.
     pub class: &'static str,
-    /// The price of the sample line, without the factor. `None` if the table has no time for it.
+    /// The times of the sample line, without the factor and without [`ExplainedInstruction::extras`]. `None` if the
+    /// table has no time for it.
     pub price: Option<Price>,
     /// How precisely the analysis follows this form.
     pub follow: Follow,
-    /// The over-approximations of this form, one sentence each.
+    /// What the analysis over-approximates in this form, one text each.
     pub approximations: Vec<String>,
 }
 
@@ -54,7 +57,7 @@ pub struct FormUse {
 pub enum Follow {
     /// The instruction changes no device.
     Nothing,
-    /// The instruction is followed exactly.
+    /// Everything that the instruction writes and decides is followed exactly.
     Exactly,
     /// The result may be any value in the scan's model, but a range of values is computed if a number of iterations or
     /// an index depends on it. Real runs compute the result exactly.
@@ -82,7 +85,8 @@ impl Follow {
     }
 }
 
-/// What a table and the fronts know about an instruction. `None` if no front of the table's CPU family knows it.
+/// What a table and the fronts know about an instruction. `None` if no front of the table's CPU family knows it, or if
+/// the table names no family.
 #[must_use]
 pub fn explain(name: &str, table: &Table, fronts: Fronts) -> Option<ExplainedInstruction> {
     let name = name.trim().to_ascii_uppercase();
@@ -111,7 +115,7 @@ pub fn names(fronts: Fronts) -> Vec<String> {
     fronts.0.iter().flat_map(|front| front.instructions()).collect()
 }
 
-/// Describes a form by the first of its sample lines that can be decoded.
+/// Describes a form by the first of its sample lines that can be decoded. `None` if none can.
 fn shown(
     front: &dyn Front,
     dialect: &str,
@@ -146,8 +150,8 @@ fn shown(
     })
 }
 
-/// How precisely the analysis follows what a part of an instruction writes and decides. The least precise effect
-/// decides.
+/// How precisely the analysis follows what a part of an instruction writes and decides. The least precise value that it
+/// reads or writes decides. Flags count only if the part writes none of its operands.
 fn follow(program: &Program, part: &Instruction) -> Follow {
     let part = &at_operands(part);
     let is_quiet = part.effects.is_empty() && matches!(part.step, Step::Act { .. } | Step::Nothing);
@@ -167,8 +171,8 @@ fn follow(program: &Program, part: &Instruction) -> Follow {
     least
 }
 
-/// A copy of a part with only those effects that write its operands, if there are any. Flags and memory bits are left
-/// out.
+/// A copy of a part with only those effects that write its operands, which leaves out flags and memory bits. If no
+/// effect writes an operand, all effects are kept.
 fn at_operands(part: &Instruction) -> Instruction {
     let is_operand =
         |region: Region| part.operands.iter().any(|one| region.contains(one.device.cell));

@@ -9,12 +9,12 @@ use scanbound_timing::table::{Override, StatedClock};
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Whether a statement of the user is proved.
+/// Whether a statement of the user is proved, or can be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// Proved: if the fact is true when a scan starts, it is true when the scan ends.
+    /// Proved by induction: in every scan that starts with the stated facts true, this one is also true at the end.
     Kept,
-    /// The statement is not proved.
+    /// The statement is about values that the program computes, and is not proved.
     Unproved,
     /// The statement is about the plant or the PLC, so nothing in a program could prove it.
     Stated,
@@ -32,113 +32,119 @@ impl Status {
     }
 }
 
-/// A statement of the user.
+/// A statement of the user on which the bound rests.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fact {
     /// The range of a word, or of two words as one number, whenever a scan starts.
     Range {
-        /// The word whose range is stated.
+        /// The word whose range is stated, as the user wrote it.
         word: String,
-        /// The smallest value of the word.
+        /// The smallest value of the word, signed.
         low: i64,
-        /// The largest value of the word.
+        /// The largest value of the word, signed.
         high: i64,
-        /// Whether it was proved that no scan leaves the word outside the range.
+        /// Whether it was proved that a scan that starts with the stated facts true does not leave the word outside the
+        /// range.
         is_kept: bool,
     },
-    /// The number of iterations or units at a place.
+    /// The number of iterations of a loop, or of units that an instruction handles.
     Count {
-        /// The place of the instruction, or the word that holds the number.
+        /// The place of the instruction (`MAIN.csv:543`), or the word that holds the number (`D100`).
         at: String,
         /// The smallest number.
         low: i64,
         /// The largest number.
         high: i64,
     },
-    /// The value of an index that selects where an instruction writes.
+    /// The value of an index where it selects the device that an instruction writes.
     Index {
-        /// The place of the write, or the index register.
+        /// The place of the instruction that writes (`MAIN.csv:924`), or the index register (`Z0`).
         at: String,
         /// The smallest value of the index.
         low: i64,
         /// The largest value of the index.
         high: i64,
     },
-    /// A routine whose code is not given.
+    /// The time and the writes of a routine whose code is not among the files.
     Call {
         /// The name of the routine.
         name: String,
         /// The longest time of one call of the routine.
         time: Picos,
-        /// The devices that the routine writes. `None` if not stated: it may write any device.
+        /// The devices that the routine writes. `None` if not stated: then it may write any device, unless `declared`
+        /// is true.
         writes: Option<Vec<String>>,
-        /// Whether the routine's declaration is given. Then the routine also writes its output parameters and its own
-        /// variables.
+        /// Whether the routine's declaration is given. If so, the routine writes its output parameters, its own
+        /// variables, and what `writes` lists.
         declared: bool,
     },
-    /// The number of bits of an index to file registers.
+    /// The number of bits, 16 or 32, of an index to file registers.
     IndexBits(u32),
-    /// The only devices that are written through indirect addresses (`@`).
+    /// The only devices that are written through indirect addresses (`@`). Empty: none is.
     Indirect(Vec<String>),
-    /// Devices that other writers than the program write.
+    /// Devices that other writers than the program may write between scans, such as an operator panel.
     External(Vec<String>),
     /// Devices that only the program writes.
     Internal(Vec<String>),
-    /// Bits of which at most one is on when a scan starts.
+    /// A set of bits of which at most one is on when a scan starts.
     Exclusive {
         /// The bits of which at most one is on.
         bits: Vec<String>,
-        /// Whether it was proved that no scan leaves two of the bits on.
+        /// Whether it was proved that a scan that starts with the stated facts true does not leave two of the bits on.
         is_kept: bool,
     },
     /// Memory may have any values when a scan starts, as after a download.
     Download,
-    /// Whether all true transitions after a step fire if they have no priorities (`true`), or only the first one.
+    /// Whether all true transitions after a step of a chart fire if they have no priorities (`true`), or only the first
+    /// one.
     AllClear(bool),
-    /// The order in which a chart's actions run.
+    /// The order in which a chart's actions run within one scan.
     ActionOrder(ActionOrder),
-    /// Transition conditions drawn as a diagram use the outputs that their blocks computed in the previous scan.
+    /// Transition conditions of a chart that are drawn as a diagram use the outputs that their blocks computed in the
+    /// previous scan.
     DrawnLastScan,
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The name of the interrupt routine.
         name: String,
-        /// The largest number of interrupts in a scan.
+        /// The largest number of interrupts in a scan, as stated or as computed from the interval.
         times: u32,
-        /// The stated interval from which the number was computed. `None` if the number was stated.
+        /// The stated interval. `None` if the number itself was stated.
         every: Option<Picos>,
     },
-    /// The times of an instruction.
+    /// The times of an instruction. They replace those of the timing table.
     Time(Override),
-    /// Whether the CPU stops at an operation error.
+    /// Whether the CPU stops at an operation error (`true`) or continues with the next instruction.
     StopsOnError(bool),
-    /// Whether a flowchart PC reads its inputs once per pass into an image, or at each test.
+    /// Whether a flowchart PC reads its inputs once per pass into an image (`true`), or at each test.
     Latched(bool),
-    /// The number of refreshed inputs or outputs.
+    /// The number of inputs or outputs that the CPU refreshes in each scan.
     Points {
         /// `input` or `output`.
         side: &'static str,
         /// The number of points.
         points: u32,
-        /// The points on each kind of base, if the table distinguishes bases.
+        /// The number of points on each kind of base unit. Empty if the user states one number for all.
         by_base: BTreeMap<String, u32>,
     },
-    /// The base unit of all modules.
+    /// The kind of base unit on which all I/O modules are mounted.
     Base(String),
-    /// The longest time of network refresh in one scan.
+    /// The longest time of network refresh in one scan. Zero means that no network is refreshed.
     Network(Picos),
-    /// The factor by which other services of the CPU lengthen a scan.
+    /// The factor by which other services of the CPU lengthen a scan at most, as the user wrote it. It replaces the
+    /// factor of the timing table.
     Factor(String),
     /// A constant or minimum scan time. Zero means that none is set.
     ConstantScan(Picos),
     /// The watchdog time in the CPU's parameters.
     Watchdog(Picos),
-    /// The clock of the CPU.
+    /// The clock of a CPU that executes one program word per clock period.
     Clock(StatedClock),
 }
 
 impl Fact {
-    /// Whether the statement is proved.
+    /// Whether the statement is proved. Only ranges and sets of exclusive bits can be; counts and indices are always
+    /// [`Status::Unproved`], and all other statements [`Status::Stated`].
     #[must_use]
     pub fn status(&self) -> Status {
         match self {
@@ -153,7 +159,8 @@ impl Fact {
         }
     }
 
-    /// All statements that the user made about the program. `proved` says which of them the program keeps.
+    /// The statements of the user on which the bound rests, in the order of reports. Left out are calls to routines
+    /// whose code is given. `proved` says which statements are proved.
     pub(super) fn all(request: &Request<'_>, program: &Program, proved: &Proved) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {

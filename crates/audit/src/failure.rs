@@ -5,9 +5,10 @@ use scanbound_base::diagnostic::Diagnostic;
 /// Why there is no audit.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Failure {
-    /// The input cannot be analysed. All faults that were found.
+    /// The input cannot be analysed, or the time limit ended the audit before it had a result. Holds all faults that
+    /// were found.
     Input(Vec<Diagnostic>),
-    /// An internal error: the analysis and the interpreter disagree.
+    /// An internal error: the analysis and the interpreter disagree. Holds the message.
     Internal(String),
 }
 

@@ -64,7 +64,7 @@ fn free(name: &str, comment: &str, value: Value) -> FreeValue {
     }
 }
 
-/// An audit of two files with Japanese comments. One of its groups is exact, one is not.
+/// The result of an audit of two files with Japanese comments: its first group is exact, its second is not.
 pub fn fixture() -> Audit {
     let first = [
         charge(4, 2, "BMOV D200 D300 K10", 120, 2, true),

@@ -1,18 +1,20 @@
-//! What an S-net knows about the relays of its code, converted to a program's bits.
+//! What an S-net states about the relays of the code made from it, converted to the bits of a program.
 
 use super::stated;
 use scanbound_ir::{BitSource, BitTarget, Program};
 use scanbound_nets::relays::Relays;
 
-/// What an S-net states about its elements, and for each element the bit of the program that represents it.
+/// The sets of elements (places and transitions) that an S-net makes mutually exclusive, and for each element the bit
+/// of the program that represents it. An element is named by its index.
 pub struct Hints<'a> {
     net: &'a Relays,
-    /// For each element of the net, the program's bit that represents it. `None` if there is none.
+    /// For each element of the net, the program's bit that represents it. `None` if the program has none. Empty if the
+    /// net does not name relays for this type of CPU.
     bits: Vec<Option<BitTarget>>,
 }
 
 impl<'a> Hints<'a> {
-    /// The hints of a net for a program.
+    /// Converts a net's relays to the bits of a program.
     #[must_use]
     pub fn of(net: &'a Relays, program: &Program) -> Hints<'a> {
         let has = |sign: &str| stated::cell(program, sign).is_some();
@@ -26,25 +28,25 @@ impl<'a> Hints<'a> {
         Hints { net, bits: devices.iter().map(bit).collect() }
     }
 
-    /// The mutually exclusive sets of elements of which all have relays, as bits of the program.
+    /// The mutually exclusive sets, as bits of the program. Sets with an element without a bit are left out.
     #[must_use]
     pub fn bits(&self) -> Vec<Vec<BitTarget>> {
         self.net.exclusive.iter().filter_map(|set| self.bits_of(set)).collect()
     }
 
-    /// All sets of elements that the net makes mutually exclusive.
+    /// All sets of elements that the net makes mutually exclusive, also those with elements without a bit.
     #[must_use]
     pub fn sets(&self) -> &'a [Vec<usize>] {
         &self.net.exclusive
     }
 
-    /// The relay that represents an element. `None` if there is none.
+    /// The bit that represents an element. `None` if there is none.
     #[must_use]
     pub fn bit(&self, element: usize) -> Option<BitTarget> {
         self.bits.get(element).copied().flatten()
     }
 
-    /// The relays of a set, if every element has one.
+    /// The bits that represent the elements of a set. `None` if an element has no bit.
     #[must_use]
     pub fn bits_of(&self, set: &[usize]) -> Option<Vec<BitTarget>> {
         set.iter().map(|&element| self.bit(element)).collect()
@@ -62,7 +64,7 @@ impl<'a> Hints<'a> {
         self.net.elements[element].is_place
     }
 
-    /// The places, in the net's order.
+    /// The indices of the net's places, ascending.
     pub fn places(&self) -> impl Iterator<Item = usize> {
         (0..self.net.elements.len()).filter(|&element| self.is_place(element))
     }

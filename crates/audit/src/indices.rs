@@ -1,4 +1,4 @@
-//! Indices that the user states for writes, for one place or wherever a register is the index.
+//! Ranges that the user states for the index of writes, for one place or wherever a register is the index.
 
 use super::counts;
 use scanbound_base::code::Code;
@@ -6,11 +6,11 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Facts, Part};
 use scanbound_ir::{ChoiceId, IndexedWrite, Program, WordSource, Write};
 
-/// Applies stated indices: limits the cells that writes with these indices can reach.
+/// Applies stated ranges of indices: limits the cells that writes with these indices can reach.
 ///
 /// # Errors
-/// Each place without a write by an index, each name that is not an index register, and each index whose number of bits
-/// is not known.
+/// Each place without a write by an index, each name that is not the index register of a write, each index whose number
+/// of bits is not stated, and each range that contradicts another one for the same write.
 pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     for (place, &(low, high)) in &facts.indices {
@@ -52,7 +52,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// The choices with which an instruction writes to cells that an index selects.
+/// The choices (nondeterministic values) that the instruction `at` writes to cells that an index selects.
 fn indexed(program: &Program, at: usize) -> Vec<ChoiceId> {
     let effects = program.instructions[at].effects.iter();
     let choices = effects.filter_map(|effect| match effect.write {

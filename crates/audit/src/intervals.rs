@@ -1,4 +1,5 @@
-//! How often interrupts at fixed intervals run in a scan: as often as they are due in the longest scan.
+//! How often interrupts at fixed intervals are charged in a scan: at least as often as they are due in the longest
+//! scan.
 
 use super::due::due;
 use super::failure::Failure;
@@ -10,16 +11,17 @@ use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
 
-/// The largest number of audits in which assumed numbers of interrupts turn out too small.
+/// The largest number of audits in which assumed numbers of interrupts may turn out too small. With more, the scan is
+/// treated as endless.
 const MAX_ROUNDS: usize = 16;
-/// With more interrupts than this, a scan is treated as endless.
+/// With more interrupts of one routine than this, a scan is treated as endless.
 const MAX_TIMES: u64 = 100_000;
 
-/// The facts with a count for each interrupt that is stated by its interval: the smallest counts that suffice for the
-/// longest scan with these counts.
+/// The facts of the request with a number of runs in one scan for each interrupt whose interval is stated. The numbers
+/// are enough for the upper bound of an audit with them; they were found by such audits, beginning without interrupts.
 ///
 /// # Errors
-/// Those of the audits, and that the interrupts leave no time for the scan.
+/// The errors of the audits, and that the interrupts leave no time for the scan, so that no numbers suffice.
 pub fn counted(request: &Request<'_>) -> Result<Facts, Failure> {
     let intervals = &request.facts.intervals;
     let with = |counts: &BTreeMap<String, u64>| {

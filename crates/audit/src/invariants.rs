@@ -1,5 +1,5 @@
-//! Writes what a bound rests on besides its groups as problems for other solvers: what scans preserve, and limits of
-//! counts and indices.
+//! Writes statements on which a bound rests besides its groups as SMT-LIB files, so that other solvers can prove them:
+//! what every scan preserves, and limits of counts and indices.
 
 use super::pipeline::Concluded;
 use scanbound_ir::{BitTarget, Cell, ExclusiveBits, Program};
@@ -10,21 +10,22 @@ use scanbound_solve::{Limits, export, unreachable_charges};
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// The files are not written for a model with more circuit nodes than this.
+/// The files about scans are not written if the model has more circuit nodes than this.
 const NODES: usize = 2_000_000;
-/// The files are not written if one execution of an instruction adds more than this to the model.
+/// The files about scans are not written if one execution of an instruction adds more circuit nodes than this to the
+/// model.
 const NODES_EACH: usize = 1 << 15;
-/// The files are not written if that takes longer than this.
+/// The longest time to build the model and to prove the statements. What is not proved by then is in no file.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// The file about the state at power-up.
+/// The name of the file about the state at power-up.
 const POWER_UP: &str = "invariants-power-up.smt2";
-/// The file about what every scan preserves.
+/// The name of the file about what every scan preserves.
 const KEPT: &str = "invariants-kept.smt2";
-/// The file about counts and indices.
+/// The name of the file about limits of counts and indices.
 const COUNTS: &str = "counts.smt2";
 
-/// The files, and the lines of the index that say what each file shows.
+/// The files for other solvers, and the lines of the index that say what each file proves.
 pub(super) struct Invariants {
     /// Each file's name and text.
     pub files: Vec<(&'static str, String)>,
@@ -32,7 +33,9 @@ pub(super) struct Invariants {
     pub index: Vec<String>,
 }
 
-/// The files with which a solver can prove the invariants behind a bound, as far as the scan's formula is exact.
+/// The files with which a solver can prove the invariants, counts and indices that the bound uses, as far as the scan's
+/// formula is exact and small enough; the index lists the others. Empty if there are none, or if the bound is only the
+/// structural one.
 pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     let program = &concluded.followed.program;
     let given = given(program);
@@ -108,7 +111,8 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     Invariants { files, index }
 }
 
-/// The invariants of the program that hold whenever a scan starts.
+/// The statements that the bound assumes whenever a scan starts, as sentences: ranges of words, relays that are not on
+/// together, and relays that are off in the first scan.
 fn given(program: &Program) -> Vec<String> {
     let words = (0..program.trusted_ranges.len())
         .map(|place| statement_of(program, &Violation::Word(place)));
@@ -124,7 +128,8 @@ fn given(program: &Program) -> Vec<String> {
     words.chain(sets).chain(cleared).collect()
 }
 
-/// What the user states about the values of words at the start of a scan.
+/// The ranges of words that the user states for the start of a scan, as sentences, except for words whose range was
+/// also derived.
 fn stated_facts(program: &Program) -> Vec<String> {
     let trusted: BTreeSet<Cell> = program.trusted_ranges.iter().map(|one| one.cell).collect();
     let by_user = program
@@ -140,12 +145,12 @@ fn stated_facts(program: &Program) -> Vec<String> {
         .collect()
 }
 
-/// The sets of relays that are never all on.
+/// The sets of relays that are never all on when a scan starts.
 fn sets(program: &Program) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
     program.mutually_exclusive.iter().flat_map(ExclusiveBits::forbidden_sets)
 }
 
-/// The statement that is true if this violation never occurs.
+/// The statement that is true if this violation never occurs, as a sentence.
 fn statement_of(program: &Program, violation: &Violation) -> String {
     let place = |at: usize| {
         let instruction = &program.instructions[at];
@@ -174,7 +179,8 @@ fn statement_of(program: &Program, violation: &Violation) -> String {
     }
 }
 
-/// The problem that asks whether the state at power-up, with cleared memory, violates an invariant.
+/// The text of the file that asks whether the state at power-up, with cleared memory and initial values, violates a
+/// range of a word or has relays on that exclude each other.
 fn power_up(program: &Program) -> String {
     let mut text = String::from(
         "; Does memory that is cleared at power-up or reset violate any of this?\n\

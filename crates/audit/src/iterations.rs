@@ -1,4 +1,5 @@
-//! The largest number of iterations of summarised loops, from what a model knows about their counts.
+//! The largest number of iterations of loops that the model does not follow (loop summaries), from what the model knows
+//! about their counts.
 
 use scanbound_base::time::Picos;
 use scanbound_model::groups;
@@ -6,11 +7,11 @@ use scanbound_model::{Assignment, Charge, LoopCount, ScanModel};
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
-/// The largest number of loops for which a solver is asked about the number of iterations.
+/// If control may reach such loops at more places than this, counted once for each call context, no solver is asked.
 const MAX_ASKED: usize = 16;
 
-/// The largest number of iterations of each summarised loop: the one that the model derived from the form of its count,
-/// or a smaller one that a solver proves.
+/// The largest number of iterations of each loop that the model does not follow, by the loop's instruction: the one
+/// that the model derived from the form of its count, or a smaller one that the search proves.
 pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize, u32> {
     let mut iterations = model.iterations.clone();
     let mut asked: BTreeMap<usize, u32> = BTreeMap::new();
@@ -27,7 +28,7 @@ pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize
     iterations
 }
 
-/// The largest possible count when control reaches its loop, if it is not negative.
+/// An upper bound on the values, not negative, that a count can have when control reaches its loop. 0 if there is none.
 ///
 /// It is found like a longest scan: each bit of the count is charged with its value, so the longest scan has the
 /// largest count.

@@ -1,4 +1,4 @@
-//! A project's rungs for drawing, with what each of their instructions does in the longest scan.
+//! Collects a project's rungs for drawing, with what each of their instructions does in the longest scan found.
 
 pub use super::drawn::{DrawnRung, Ladder, Notes, Uses};
 use super::pipeline::Concluded;
@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 impl Ladder {
-    /// The rungs of an audited project.
+    /// The rungs of an audited project in source order, with the comments of their operands and what their instructions
+    /// do in the longest scan found.
     #[must_use]
     pub fn of(concluded: &Concluded) -> Ladder {
         let program = &concluded.followed.program;
@@ -33,7 +34,8 @@ impl Ladder {
     }
 }
 
-/// What the executions of each instruction do in the longest scan found, by place and text of the instruction.
+/// What the executions of each instruction with a time do in the longest scan found, by place and text of the
+/// instruction. Times include the table's factor.
 fn uses(audit: &Audit) -> HashMap<(Location, Arc<str>), Uses> {
     let mut all: HashMap<(Location, Arc<str>), Uses> = HashMap::new();
     let guarded = audit.groups.iter().flat_map(|group| &group.charges);

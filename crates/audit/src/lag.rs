@@ -1,5 +1,5 @@
-//! By how many scans an output may change later than an input: each relay that is read before it is written costs one
-//! more scan.
+//! By how many scans an output may change later than an input. Each device that is read earlier in a scan than it is
+//! written costs one more scan.
 
 use petgraph::graphmap::DiGraphMap;
 use scanbound_ir::meaning::ChoiceKind;
@@ -13,15 +13,16 @@ type Reads = BTreeSet<Region>;
 /// An instruction that writes a device, with the cells that it reads.
 struct WriteSite {
     at: usize,
-    /// Whether the instruction runs at its own place in the scan, not where a routine is called.
+    /// Whether the instruction runs at its own place in the scan. False in routines, which run where they are called.
     in_place: bool,
     reads: Reads,
     writes: Vec<Region>,
 }
 
-/// The largest number of additional scans from the change of an input to the change of the last output that follows
-/// from it. Each relay on the way is assumed to change as soon as the values change from which it is computed. Of
-/// relays that are computed from each other, the change is assumed to pass through all.
+/// An upper bound on the number of additional scans from the change of an input to the change of the last output that
+/// follows from it. Each device on the way is assumed to change as soon as the values change from which it is computed.
+/// If devices are computed from each other in a circle, the change is assumed to pass through all of them. If the
+/// program has no known inputs, the change may begin anywhere; if it has no known outputs, it may end anywhere.
 pub fn further_scans(program: &Program) -> u64 {
     let sites = sites(program);
     let mut graph: DiGraphMap<usize, bool> = DiGraphMap::new();
@@ -89,8 +90,8 @@ pub fn further_scans(program: &Program) -> u64 {
     most
 }
 
-/// All instructions that write a device, each with everything that affects it: its rung, master control regions, jumps
-/// and calls.
+/// All instructions that write a device, each with the cells that affect it: those that it reads, and those on which
+/// its rung, master control regions, jumps, loops and calls depend.
 fn sites(program: &Program) -> Vec<WriteSite> {
     let mut found = Vec::new();
     // What decides whether routines are called.
@@ -217,8 +218,8 @@ fn walk(
     }
 }
 
-/// What a choice is computed from: nothing if it comes from outside; anything if it is the result of an operation, or
-/// if it is not known where it comes from.
+/// The cells on which a choice (nondeterministic value) depends: none (`None`) if it comes from outside the program or
+/// only concerns times; otherwise all are assumed.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
         Some(ChoiceKind::External | ChoiceKind::ExtraTime | ChoiceKind::ScanTicks { .. }) => None,
@@ -226,7 +227,7 @@ fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     }
 }
 
-/// Whether a value depends on the execution condition of its instruction.
+/// Whether the expression contains the execution condition of its instruction.
 fn asks_condition(value: &Logic) -> bool {
     match value {
         Logic::Condition => true,

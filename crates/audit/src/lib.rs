@@ -1,4 +1,5 @@
-//! The result of an audit, with everything that a report shows already computed.
+//! Audits a project: runs all stages from its files to an [`Audit`], in which everything that a report shows is already
+//! computed.
 
 pub mod advise;
 mod assemble;

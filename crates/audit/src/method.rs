@@ -22,19 +22,19 @@ const MAX_CONDITIONS: usize = 200;
 /// The number of devices that are named for a condition that is too long to be written.
 const MAX_NAMED_DEVICES: usize = 8;
 
-/// By which search the maximum of a group was found.
+/// How the maximum of a group was searched.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SearchUse {
-    /// The search that was used.
+    /// The search that found the bounds of the group.
     pub engine: Engine,
     /// The second opinion of Z3. `None` if it was not asked for.
     pub opinion: Option<Opinion>,
-    /// The steps of the search, if they were requested.
+    /// The steps of the search. `None` if they were not requested.
     pub trace: Option<TraceUse>,
 }
 
 impl SearchUse {
-    /// A record of a search of which only the method is known.
+    /// A record of a search of which only the method is known: without opinion and steps.
     #[must_use]
     pub fn by(engine: Engine) -> SearchUse {
         SearchUse { engine, opinion: None, trace: None }
@@ -46,11 +46,12 @@ impl SearchUse {
 pub struct TraceUse {
     /// The time that the group takes in every scan.
     pub constant: Picos,
-    /// The time that is subtracted, because the conditions' times include units even if an instruction has no units.
+    /// The time that is subtracted from the sum, because the conditions' times include units even where an instruction
+    /// processes none.
     pub deducted: Picos,
     /// The conditions in the steps. A step refers to them by index.
     pub conditions: Vec<ConditionUse>,
-    /// The steps.
+    /// The steps, in the order of the search.
     pub trace: Trace,
 }
 
@@ -60,7 +61,7 @@ pub struct ConditionUse {
     /// The number of the rung in which the condition first occurs, followed by a letter if the rung has several
     /// conditions.
     pub label: String,
-    /// The time that the condition adds to the scan.
+    /// The time that the condition adds to the scan if it is true.
     pub cost: Picos,
     /// The place of the instruction that takes the most time under this condition.
     pub at: Location,
@@ -68,11 +69,12 @@ pub struct ConditionUse {
     pub instruction: Arc<str>,
     /// The number of the other charges that depend on the condition.
     pub others: usize,
-    /// The condition in words. If it is too long: the devices on which it depends.
+    /// The condition in words (`if X0 and not M5`). If it is too long, or the group has too many: the devices on which
+    /// it depends (`by X0, M5`).
     pub condition: String,
 }
 
-/// By which search the maximum of each group was found, with the steps and opinions that were requested.
+/// How the maximum of each group was searched, with the steps and opinions that were requested.
 pub fn searches(
     maxima: &[Maximum],
     traces: Option<Vec<TraceUse>>,
@@ -88,7 +90,7 @@ pub fn searches(
     maxima.iter().map(search).collect()
 }
 
-/// The steps of each group's search.
+/// The steps of each group's search, in the order of the groups, with the conditions in words.
 pub fn traces(
     program: &Program,
     model: &ScanModel,
@@ -138,7 +140,7 @@ pub fn traces(
     groups.iter().zip(maxima).map(trace).collect()
 }
 
-/// The devices on which a condition depends, for a condition that is too long to be written.
+/// The devices on which a condition depends, as `by X0, M5 and 3 more`: for a condition that is too long to be written.
 fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
     let mut devices: Vec<String> = Vec::new();
     for variable in depends_on(model, &item.charges[..1]) {
@@ -162,7 +164,7 @@ fn letters(number: usize) -> String {
     format!("{before}{last}")
 }
 
-/// The second opinion of Z3 on the maximum of every group.
+/// The second opinion of Z3 on the maximum of every group, in the order of the groups.
 ///
 /// # Errors
 /// If Z3 contradicts a search.

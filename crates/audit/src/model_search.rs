@@ -31,7 +31,7 @@ pub struct ModelSearch<'a, 'r> {
     pub limits: Limits<'r>,
 }
 
-/// A model's longest scan, replayed.
+/// The result of searching a model: the maximum of each group, and the longest scan that they make up, replayed.
 pub struct Searched<'r> {
     pub model: ScanModel,
     pub groups: Vec<Group>,
@@ -39,21 +39,22 @@ pub struct Searched<'r> {
     pub assignment: Assignment,
     pub witness: Witness,
     pub replayed: Replay,
-    /// The upper bound of all charges, without the scan's overhead.
+    /// The upper bound on the sum of all charges, without the scan's overhead.
     pub upper: Picos,
     pub ended_early: bool,
-    /// For a large model: the prepared search that explains one group.
+    /// The prepared explanation of one group. `None` if the model is not large.
     pub prepared: Option<PreparedExplanation<'r>>,
 }
 
-/// A prepared search that explains why charges of one group do not take their longest time.
+/// A prepared search that explains why charges of one group (an index into the groups) do not take their larger time.
 pub struct PreparedExplanation<'r> {
     pub group: usize,
     pub exclusions: Exclusions<'r>,
 }
 
 impl<'r> ModelSearch<'_, 'r> {
-    /// Searches a model that was made with what real runs have shown (`knowledge`).
+    /// Searches the maximum of each group, combines them to one scan and replays it. `knowledge` is what real runs had
+    /// shown when the model was made. `Err` if the replay disagrees with the model.
     pub fn run(
         &self,
         model: ScanModel,
@@ -93,7 +94,8 @@ impl<'r> ModelSearch<'_, 'r> {
         })
     }
 
-    /// For a large model, prepares the explanations of its largest group.
+    /// For a large model, prepares the explanations of the group with the most charges. `None` for other models, and
+    /// for a structural bound.
     fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<PreparedExplanation<'r>> {
         let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();

@@ -15,20 +15,22 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::BTreeMap;
 
-/// The largest number of instructions that loops and calls may add to the executed ones.
+/// The largest number of instructions by which following loops and calls may raise the number of executed instructions.
 const MAX_UNROLLED: u64 = 200_000;
 /// The largest number of rounds in which loops are followed because the model shows their number of iterations.
 const MAX_NESTING: usize = 8;
-/// The limit on a model's nodes and questions about words is this number, ...
+/// A model may have this many nodes and questions about words, in addition to [`NODES_EACH`] for each executed
+/// instruction.
 const NODES: usize = 1_000_000;
-/// ... plus this number for each executed instruction, ...
+/// A model may have this many nodes and questions about words for each executed instruction, in addition to [`NODES`].
 const NODES_EACH: usize = 48;
-/// ... but never more than this.
+/// No model may have more nodes and questions about words than this.
 const MAX_NODES: usize = 8_000_000;
 /// The longest scan time that is accepted: a thousand hours.
 pub const LONGEST_SCAN: Picos = Picos(3_600_000_000_000_000_000);
 
-/// Refuses a scan that is so long that sums of its times could overflow. No PLC has such a scan.
+/// Refuses a scan whose times add up to more than [`LONGEST_SCAN`], so that sums of times cannot overflow. No PLC has
+/// such a scan.
 pub fn keep_in_range(
     program: &Program,
     table: &Table,
@@ -123,7 +125,8 @@ pub fn fit(program: &mut Program) -> Result<u64, Failure> {
     fitted.map_err(|error| cannot_follow(program, &error))
 }
 
-/// Makes the model of a scan that executes this many instructions. The inner `Err` says why that is not possible.
+/// Makes the model of a scan that executes this many instructions. The inner `Err` says why that is not possible: the
+/// time is over, or the model would be too large.
 fn follow(
     program: &mut Program,
     prices: &mut Prices,

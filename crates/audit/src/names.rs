@@ -6,17 +6,18 @@ use scanbound_model::{Origin, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Looks up device comments and names places.
+/// The names of devices, places and call contexts of a program as reports write them.
 pub struct Names<'a> {
     program: &'a Program,
     /// The file names as they appear in places. Empty if there is only one file.
     files: Vec<&'a str>,
-    /// The instructions that remember a state in a hidden cell, by that cell.
+    /// For each hidden cell in which instructions remember a state, such as an edge's last condition: the first of
+    /// them.
     memories: BTreeMap<Cell, usize>,
 }
 
-/// The operands of an instruction that have a comment, each with its comment. A bit without a comment uses that of its
-/// word.
+/// The operands of an instruction that have a comment, each as `D100 speed`: the operand as written, then its comment.
+/// A bit without a comment uses that of its word.
 #[must_use]
 pub fn comments_in(program: &Program, instruction: &Instruction) -> Vec<String> {
     let comments = &program.comments;
@@ -51,7 +52,7 @@ impl<'a> Names<'a> {
         Names { program, files, memories }
     }
 
-    /// The name of a free variable in reports.
+    /// The name of a free variable in reports. For a choice in a loop, it includes the number of the iteration.
     pub fn free(&self, variable: &Variable) -> String {
         match &variable.origin {
             Origin::Start(cell) => self.cell(*cell),
@@ -64,7 +65,8 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// As `Program::location_text`, but cached: there are many executions and few files.
+    /// A place as `file:line`. As `Program::location_text`, but the file names are cached: there are many executions
+    /// and few files.
     fn place_text(&self, at: Location) -> String {
         match self.files.get(at.file as usize) {
             Some(file) => format!("{file}:{}", at.line),
@@ -96,13 +98,12 @@ impl<'a> Names<'a> {
         self.program.comments.get(&Device { cell, bit: None }).cloned().unwrap_or_default()
     }
 
-    /// The operands of an instruction that have a comment, each with its comment. A bit without a comment uses that of
-    /// its word.
+    /// As [`comments_in`], for an instruction of this program.
     pub fn comments_in(&self, instruction: &Instruction) -> Vec<String> {
         comments_in(self.program, instruction)
     }
 
-    /// The device for which a free variable stands.
+    /// The name of the device for which a free variable stands. For a choice without a cell: the name of the variable.
     pub fn device(&self, variable: &Variable) -> String {
         cell_of(variable).map_or_else(|| variable.name.clone(), |cell| self.cell(cell))
     }
@@ -112,7 +113,7 @@ impl<'a> Names<'a> {
         frames.iter().map(|frame| self.frame(*frame)).collect()
     }
 
-    /// The name of the innermost called routine, or of the interrupt: the label at which it begins.
+    /// The label of the innermost called routine, or the name of the interrupt. `None` in the main program.
     pub fn routine(&self, frames: &[Frame]) -> Option<Arc<str>> {
         frames.iter().rev().find_map(|frame| {
             let interrupt = self.program.interrupts.iter().find(|one| one.entry == frame.at);
@@ -141,7 +142,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The cell for which a free variable stands. `None` if it stands for a choice.
+/// The cell for which a free variable stands. `None` for a choice that belongs to no cell.
 fn cell_of(variable: &Variable) -> Option<Cell> {
     match &variable.origin {
         Origin::Start(cell) | Origin::Havocked { cell, .. } => Some(*cell),

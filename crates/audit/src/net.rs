@@ -13,7 +13,7 @@ use super::{Audit, Value};
 use scanbound_ir::{BitTarget, Program};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Sorts a net's sets into used and unused ones.
+/// Sorts a net's sets of exclusive elements into those that the bound uses and those that it does not use.
 struct SetSorter<'a> {
     hints: &'a Hints<'a>,
     program: &'a Program,
@@ -33,7 +33,7 @@ impl SetSorter<'_> {
         }
     }
 
-    /// Why a set of elements is not used.
+    /// Why a set of elements is not used: the first reason that applies, in the order of the checks.
     fn unused_because(&self, elements: &[usize]) -> Why {
         let name = |one: usize| self.hints.name(one);
         let Some(bits) = self.hints.bits_of(elements) else {
@@ -78,7 +78,8 @@ impl SetSorter<'_> {
     }
 }
 
-/// Combines pairs into sets of mutually exclusive elements, so that each pair is in at least one set.
+/// Combines pairs into sets of mutually exclusive elements, so that each pair is in at least one set. Larger sets stay
+/// as they are. Each result is a set and the largest number of its elements that can be on at once.
 fn together(sets: &[&Vec<usize>]) -> Vec<(Vec<usize>, usize)> {
     let pairs: BTreeSet<(usize, usize)> = sets
         .iter()
@@ -143,7 +144,8 @@ pub fn net_bound(concluded: &mut Concluded, request: &Request<'_>) -> Result<(),
     Ok(())
 }
 
-/// For each place, whether it is marked when the longest scan starts.
+/// For each place of the net, whether it is marked when the longest scan starts. `None` if it has no relay, or the
+/// start values of that scan do not include the relay.
 fn marked(hints: &Hints<'_>, program: &Program, audit: &Audit) -> Vec<Option<bool>> {
     let values: BTreeMap<&str, Value> = audit
         .witness

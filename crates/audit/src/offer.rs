@@ -15,20 +15,21 @@ use scanbound_ir::{ChoiceId, IndexedWrite, Program, Region, Step, WordSource, Wr
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// A statement that the user could add to the facts file.
+/// A line that the user could add to the facts file, with what it concerns and how much it may lower the bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Offer {
-    /// The table of the facts file.
+    /// The name of the table of the facts file in which the line belongs, such as `counts`.
     pub table: &'static str,
     /// The line in that table of the facts file. The user replaces its value by the true one.
     pub line: String,
     /// What the line states, and what the bound assumes without it.
     pub what: String,
-    /// The places that the line concerns, with the instructions there, the longest time first.
+    /// The places that the line concerns, with the instructions there. For a count: the longest time first.
     pub places: Vec<(Location, Arc<str>)>,
-    /// The largest time by which the line can lower the bound.
+    /// The largest time by which the line can lower the bound. `None` if unknown.
     pub worth: Option<Picos>,
-    /// The bounds if this value and the named other ones are limited, from [`super::what_if`].
+    /// The bounds if this value and the named other ones are limited, from [`super::what_if`]. `None` if they were not
+    /// computed.
     pub solved: Option<SolvedLimits>,
 }
 
@@ -41,7 +42,7 @@ pub struct SolvedLimits {
     pub bounds: Vec<(u32, SolvedBound)>,
 }
 
-/// All suggestions, in the order of the tables of a facts file. Within a table, the longest time first.
+/// All suggestions, in the order of the tables of a facts file. Among the counts, the longest time comes first.
 #[must_use]
 pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     let program = &concluded.followed.program;
@@ -91,7 +92,7 @@ fn place(program: &Program, at: usize) -> (Location, Arc<str>) {
     (instruction.place, instruction.text.clone())
 }
 
-/// Offers for words that hold an unknown index and that only other writers than the program write.
+/// Offers of ranges for words that hold an unknown index of a write and that the program itself does not write.
 fn ranges(program: &Program) -> Vec<Offer> {
     let mut found: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for (at, instruction) in program.instructions.iter().enumerate() {
@@ -131,13 +132,14 @@ fn ranges(program: &Program) -> Vec<Offer> {
     others.map(offer).collect()
 }
 
-/// The index with which a region is written, if nothing is known about it.
+/// The index with which a region is written. `None` if it has no index, or something is known about the index.
 fn unknown_index(program: &Program, region: Region, choice: ChoiceId) -> Option<&IndexedWrite> {
     let indexed = program.indexed.get(&choice)?;
     indexed.is_unknown_in(region).then_some(indexed)
 }
 
-/// The unknown values of words, for one table of the facts file. `most` is the limit that is offered for each.
+/// Offers for the unknown values that can be stated in one table of the facts file. `most` is the limit that is offered
+/// for each, by its key; numbers without a limit there are left out.
 fn unknowns(
     audit: &Audit,
     program: &Program,
@@ -168,7 +170,7 @@ fn unknowns(
     all.map(offer).collect()
 }
 
-/// The unknown values, including those that a report names only after further facts are stated.
+/// The unknown values of an audit, including those that came up only when others were limited (`Audit::what_if`).
 fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
     let steps = audit.what_if.as_ref().map_or(&[][..], |what_if| &what_if.steps);
     let is_new = |one: &&Unknown| audit.unknowns.iter().all(|known| known.key != one.key);
@@ -176,7 +178,7 @@ fn all_unknowns(audit: &Audit) -> Vec<Unknown> {
     audit.unknowns.iter().chain(hidden).cloned().collect()
 }
 
-/// What is unknown, and what is assumed instead.
+/// What is unknown, and what the bound assumes instead: the text of an offer.
 pub(super) fn description(program: &Program, one: &Unknown) -> String {
     match &one.kind {
         UnknownKind::Count(counts) => {
@@ -200,7 +202,7 @@ pub(super) fn description(program: &Program, one: &Unknown) -> String {
     }
 }
 
-/// Offers for called routines whose code is not given.
+/// Offers for called routines whose code is not given and about which nothing is stated.
 fn calls(program: &Program) -> Vec<Offer> {
     let calls = program.instructions.iter().enumerate();
     let calls: BTreeMap<usize, usize> = calls
@@ -227,7 +229,8 @@ fn calls(program: &Program) -> Vec<Offer> {
     routines.into_iter().map(offer).collect()
 }
 
-/// Offers for the parameters of indices and indirect addresses.
+/// Offers for the size of indices (`bits`) and the targets of indirect addresses (`indirect`), where they matter and
+/// are not stated.
 fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     let mut offers = Vec::new();
     let of = |matters: &dyn Fn(&Write) -> bool| -> Vec<(Location, Arc<str>)> {
@@ -270,10 +273,10 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     offers
 }
 
-/// The largest number of devices that a line names; further ones are only counted.
+/// The largest number of devices that a line for `[external]` names; further ones are left out.
 const MAX_DEVICES: usize = 40;
 
-/// An offer that lists the devices that other writers than the program may write.
+/// An offer that lists the devices that the bound assumes to be written only by the program. `None` if there are none.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
     let devices = devices.filter(|device| stated::holder(program, device).is_some());
@@ -289,7 +292,7 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     })
 }
 
-/// The devices that only the program writes, if the bound with that statement was computed.
+/// An offer for devices that only the program writes. `None` if the bound with that statement was not computed.
 fn internal(audit: &Audit) -> Option<Offer> {
     let own = audit.what_if.as_ref()?.own.as_ref()?;
     Some(Offer {

@@ -1,4 +1,4 @@
-//! The parts of an audit's result.
+//! The parts of the result of an audit: the bound, what it consists of, and the scan that shows the lower bound.
 
 use super::method;
 use scanbound_base::location::Location;
@@ -13,16 +13,17 @@ use std::sync::Arc;
 pub struct Bound {
     /// The upper bound: no scan takes longer.
     pub upper: Picos,
-    /// The admissible lower bound: a scan that nothing known here excludes takes this long, executed as on a PLC.
+    /// The admissible lower bound: a scan that nothing known here excludes takes this long, executed as on a PLC. If no
+    /// such scan is known, it is at most the overhead.
     pub lower: Picos,
-    /// The longest scan that the model allows, as far as it was found. It may need values that are not known to be
-    /// possible.
+    /// The time of the longest scan of the model that was found, at least `lower`. That scan may need values that are
+    /// not known to be possible.
     pub model: Picos,
     /// The structural bound: every charge at the larger of its two times, plus the overhead.
     pub naive: Picos,
-    /// The charges that have the same time in every scan.
+    /// The sum of the charges that have the same time in every scan.
     pub always: Picos,
-    /// The time that each scan takes in addition to the instructions.
+    /// The time that each scan takes in addition to its instructions, such as END processing and refresh.
     pub overhead: Picos,
     /// The sum of the groups' upper bounds.
     pub groups: Picos,
@@ -35,14 +36,14 @@ impl Bound {
         self.upper == self.lower
     }
 
-    /// The time that mutual exclusion saves compared with the structural bound.
+    /// The time by which the upper bound is below the structural bound. Zero if it is not.
     #[must_use]
     pub fn saved(&self) -> Picos {
         self.naive.checked_sub(self.upper).unwrap_or(Picos::ZERO)
     }
 }
 
-/// A share in thousandths, rounded to the nearest. Shown in percent.
+/// A share in thousandths, rounded to the nearest. Shown in percent with one decimal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Share(pub u64);
 
@@ -73,9 +74,9 @@ pub struct TableUse {
     pub is_all_assumed: bool,
     /// What the table's times do not include.
     pub notes: Vec<String>,
-    /// The CPU's default watchdog time.
+    /// The CPU's default watchdog time. `None` if the table does not give it.
     pub watchdog: Option<Picos>,
-    /// The factor on the whole scan.
+    /// The factor by which the table multiplies the whole scan. `None` if it has none.
     pub factor: Option<FactorUse>,
     /// The assumed times that the program uses. Those on which most of the bound rests come first.
     pub assumed: Vec<AssumedUse>,
@@ -98,52 +99,54 @@ pub struct FactorUse {
     pub without: Picos,
     /// The factor in millionths.
     pub millionths: u64,
-    /// The time that it adds to the parts of the bound. With the other parts without the factor
-    /// ([`Audit::bare`](super::Audit::bare)), the sum is the bound.
+    /// The time that the factor adds to the bound: with the overhead, the constant charges and the groups, each divided
+    /// by the factor ([`Audit::bare`](super::Audit::bare)), the sum is the bound.
     pub part: Picos,
 }
 
 /// An assumed time, and how much of the bound rests on it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AssumedUse {
-    /// The instruction or the overhead term.
+    /// What has the time: an instruction as the table's rows name it, an overhead term, or the factor. If `by_class`:
+    /// the name under which the table could have a row for the instruction itself.
     pub name: String,
-    /// The row of the table that has the time.
+    /// The names of the table's rows that give the time, joined by ` + `.
     pub row: String,
-    /// Whether the row is for a whole class of instructions.
+    /// Whether the row is a class row (`@move`), which is used because the table has no row for the instruction itself.
     pub by_class: bool,
     /// The number of instructions whose time the row gives. 0 for overhead and for the factor.
     pub count: usize,
     /// The part of the longest scan found that rests on this time. For the factor: what it adds to times that are not
     /// assumed themselves.
     pub time: Picos,
-    /// The part of the bound that rests on the time, as far as the search determined it.
+    /// The part of the bound that rests on the time, as far as the search showed which charges make up the bound.
     pub part: Picos,
 }
 
 /// A time that each scan takes in addition to its instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OverheadUse {
-    /// The name of the overhead term in the table.
+    /// The name of the overhead term in reports, such as `END processing`.
     pub name: String,
     /// The time of the term.
     pub time: Picos,
-    /// The evidence for the time.
+    /// The weakest evidence among the rows that give the time.
     pub evidence: Evidence,
     /// What the time is for, and how it was calculated.
     pub why: String,
 }
 
-/// A network device that the program uses.
+/// What the program uses of a network whose refresh time is not known: devices that the network refreshes, or a
+/// station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// The name of the network device.
+    /// The name of the network's devices, such as `B`; or the station.
     pub what: String,
-    /// The place of the first instruction that uses the device.
+    /// The place of the first instruction that uses these devices or this station.
     pub first: Location,
 }
 
-/// A loop that a scan can reach and for which no end is known.
+/// A loop without a bound. In [`Audit::unbounded`](super::Audit::unbounded): one that a scan can reach.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LoopUse {
     /// The place at which the loop begins.
@@ -158,7 +161,7 @@ pub struct LoopUse {
     pub certain: bool,
 }
 
-/// One instruction on the path of the longest scan found.
+/// One executed instruction on the path of the longest scan found. Instructions that never take time are left out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PathStep {
     /// The place of the instruction.
@@ -167,7 +170,7 @@ pub struct PathStep {
     pub instruction: Arc<str>,
     /// The call context: the calls on the path to the instruction, outermost first.
     pub via: Vec<String>,
-    /// Whether the instruction fired: a test was true, or a jump was taken.
+    /// Whether the instruction fired: for a contact, whether the test was true; for a jump, whether it was taken.
     pub held: bool,
     /// The time of the instruction.
     pub cost: Picos,
@@ -184,7 +187,7 @@ pub struct ChargeUse {
     pub instruction: Arc<str>,
     /// The call context: calls, loop iterations and interrupts on the path to the instruction, outermost first.
     pub via: Vec<String>,
-    /// The on-time.
+    /// The on-time, with the largest possible number of units.
     pub on: Picos,
     /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
@@ -194,18 +197,20 @@ pub struct ChargeUse {
     pub reached: bool,
     /// The time of the instruction in the longest scan found.
     pub cost: Picos,
-    /// The part of the bound that the instruction takes: its time in the longest scan that the model allows. If the
-    /// bound is structural: the larger of its two times.
+    /// The part of the bound that is known to be due to this execution: its time in the longest scan of the model that
+    /// was found. If the group's bound excludes nothing: the larger of the two times. Zero if no scan of the group was
+    /// found.
     pub share: Picos,
-    /// The called routine that contains the instruction. `None` outside of routines.
+    /// The label of the innermost called routine, or of the interrupt, in which the instruction runs. `None` outside of
+    /// routines.
     pub routine: Option<Arc<str>>,
-    /// The row of the table that gives the times.
+    /// The names of the table's rows that give the times, joined by ` + `. Empty if the instruction takes no time.
     pub row: Arc<str>,
     /// The evidence for the times.
     pub evidence: Evidence,
 }
 
-/// Charges that depend on common variables, and their maximum.
+/// A group: charges that share free variables, directly or through others, with the bounds on their time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GroupUse {
     /// The number of the group, counted from 1.
@@ -214,44 +219,44 @@ pub struct GroupUse {
     pub blocks: Vec<u32>,
     /// The names of the devices on which the charges of the group depend.
     pub devices: Vec<String>,
-    /// The devices on which several of the charges depend, the most used first.
+    /// The devices on which the charges of the group depend, each with the number of its uses, the most used first.
     pub ties: Vec<Tie>,
     /// The upper bound on the time of all charges of the group together.
     pub upper: Picos,
-    /// The time of the group in the longest scan found.
+    /// The time of the group's charges in the longest scan found.
     pub lower: Picos,
     /// The sum, over all charges of the group, of the larger of on-time and off-time.
     pub naive: Picos,
-    /// The number of queries to a solver.
+    /// The number of queries to a solver that the search of this group made.
     pub solver_calls: u64,
     /// The charges of the group, in the order of execution.
     pub charges: Vec<ChargeUse>,
     /// The rungs of the group, the longest time first.
     pub rungs: Vec<RungUse>,
-    /// By which search the maximum of the group was found.
+    /// How the maximum of the group was searched.
     pub search: method::SearchUse,
 }
 
 impl GroupUse {
-    /// Whether the maximum of the group is known exactly.
+    /// Whether the longest scan found takes as long in this group as its upper bound.
     #[must_use]
     pub fn exact(&self) -> bool {
         self.upper == self.lower
     }
 }
 
-/// A device that several charges depend on.
+/// A device on which charges of a group depend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tie {
     /// The name of the device.
     pub device: String,
     /// The comment of the device. Empty if there is none.
     pub comment: String,
-    /// The number of places that use the device's value.
+    /// The number of expressions and charges of the model that use the device's value.
     pub uses: usize,
 }
 
-/// The part of a group that one rung has.
+/// The charges of one rung in a group, taken together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RungUse {
     /// The number of the rung.
@@ -260,39 +265,44 @@ pub struct RungUse {
     pub at: Location,
     /// The text of the rung's instruction with the longest time.
     pub instruction: Arc<str>,
-    /// The comments of the devices in the text of that instruction.
+    /// The comments of the devices that the rung's instruction with the longest time names.
     pub comments: Vec<String>,
     /// The number of the rung's other charges in the group.
     pub others: usize,
-    /// How much of its time the rung takes in the longest scan that the model allows.
+    /// How many of the rung's charges take the larger of their two times in the longest scan of the model that was
+    /// found.
     pub fate: Fate,
-    /// Whether that instruction is charged with its off-time because it does not fire in that scan.
+    /// Whether the instruction at `at` is charged with its off-time, because it does not fire in the longest scan of
+    /// the model that was found.
     pub is_charged_off: bool,
-    /// The time of the rung in the longest scan that the model allows: its part of the bound.
+    /// The time of the rung in the longest scan of the model that was found: its part of the bound.
     pub cost: Picos,
     /// The sum, over the rung's charges, of the larger of on-time and off-time.
     pub naive: Picos,
-    /// Why the rung cannot take longer together with the rungs that run. `None` if unknown.
+    /// Why the rung cannot take longer together with the rungs that run. `None` if it takes its longest time, or the
+    /// reason was not found or not searched for.
     pub exclusion: Option<Exclusion>,
 }
 
-/// How much of its time a rung takes in the longest scan that the model allows.
+/// How many charges of a rung take the larger of their two times in the longest scan of the model that was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fate {
-    /// The rung takes its longest possible time.
+    /// Every charge of the rung takes the larger of its two times: the rung takes its longest possible time.
     Runs,
-    /// The rung takes some time, but less than its longest possible time.
+    /// Some charges of the rung take the larger of their two times, but not all.
     Partly,
-    /// The rung takes no time, or only off-times.
+    /// No charge of the rung takes the larger of its two times: the rung takes no time, or only the smaller times.
     Excluded,
 }
 
-/// A minimal set of rungs that run in the longest scan and prevent a rung from taking longer.
+/// A minimal set of rungs that run in the longest scan of the model that was found and prevent another rung from taking
+/// longer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exclusion {
     /// The rungs of the set. Empty if the rung can never take longer.
     pub blocks: Vec<u32>,
-    /// The devices on which the times of both rungs depend.
+    /// The devices on which both the rung that is prevented and a rung of `blocks` depend. If `blocks` is empty: the
+    /// devices on which the charge that is furthest below its larger time depends.
     pub devices: Vec<String>,
 }
 
@@ -304,11 +314,11 @@ pub struct RunScan {
     pub number: u64,
     /// The inputs that are on, or not 0, in the scan.
     pub inputs: Vec<(String, Value)>,
-    /// A lower bound on the time of the scan.
+    /// A lower bound on the time of the scan, including the overhead.
     pub took: Picos,
 }
 
-/// A free value in the worst scan found.
+/// A free value of the longest scan found: a value at its start, or one that the program does not determine during it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FreeValue {
     /// The name of the value in reports.
@@ -317,21 +327,22 @@ pub struct FreeValue {
     pub comment: String,
     /// The value in the longest scan found.
     pub value: Value,
-    /// True: the value is read at the start of the scan. False: something happens during the scan.
+    /// True: it is the value of a device when the scan starts. False: it arises during the scan, such as whether a
+    /// timer times out.
     pub at_start: bool,
     /// Whether the value is needed to show that the scan takes this time.
     pub matters: bool,
     /// The time by which the model's scan ([`Audit::weighed`](super::Audit::weighed)) would be shorter if only this
-    /// value were different.
+    /// value were different. For a word, a few other values are tried. Zero if the value does not matter.
     pub worth: Picos,
 }
 
-/// A value.
+/// The value of a bit or of a word, as reports show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Value {
-    /// A bit.
+    /// The value of a bit: `true` is on.
     Bit(bool),
-    /// A word: sixteen bits, as the signed number that a monitor shows.
+    /// The value of a word: sixteen bits, as the signed number that a monitor shows.
     Word(i16),
 }
 
@@ -345,7 +356,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// A place that is over-approximated.
+/// An instruction that is over-approximated: modelled with more behaviour than it has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ApproximationUse {
     /// The instruction's place.
@@ -356,8 +367,8 @@ pub struct ApproximationUse {
     pub what: Approximated,
 }
 
-/// The time of the longest scan that is known to be possible. For a PLC with a clock, the clock's tolerance is not
-/// included.
+/// The lower bound: the time of the longest scan that is known to be possible. For a PLC with a clock (`is_clocked`),
+/// it does not include the clock's tolerance, which the factor expresses.
 pub(super) fn possible(bound: &Bound, factor: Option<&FactorUse>, is_clocked: bool) -> Picos {
     match factor {
         Some(factor) if is_clocked => bound.lower.min(factor.without),

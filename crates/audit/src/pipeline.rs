@@ -36,21 +36,22 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::time::Instant;
 
-/// A project with the model of its scan: everything that is searched.
+/// A project that was read, priced and followed: its program and the model of one scan, whose longest time is then
+/// searched.
 pub struct Followed {
     /// When the audit began.
     start: Instant,
-    /// The program.
+    /// The program, with what the passes found and what following the scan added.
     pub program: Program,
     /// The timing table.
     pub table: Table,
-    /// The price of every instruction.
+    /// The times of every instruction, and the overhead of a scan.
     pub prices: Prices,
-    /// The charges of one scan.
+    /// The model of one scan: its charges, their guards and the constraints.
     pub model: ScanModel,
-    /// The groups of the model.
+    /// The groups of the model, the longest time first.
     pub groups: Vec<Group>,
-    /// What the user can state about this PLC.
+    /// Which facts and options the user can state for this PLC, such as its clock.
     pub machine: MachineOptions,
     warnings: Vec<Diagnostic>,
     /// The stages that the time limit or the user ended early.
@@ -62,7 +63,7 @@ pub struct Followed {
 }
 
 impl Followed {
-    /// The mutually exclusive relays that were found.
+    /// The mutually exclusive relays that were found. Empty if they were not searched for.
     pub(super) fn relays(&self) -> &reachable::Relays {
         &self.relays
     }
@@ -76,7 +77,7 @@ impl Followed {
 /// The functions that other modules use to audit again with other facts.
 pub(super) const STAGES: Stages = Stages { read, audit };
 
-/// Audits a project.
+/// Audits a project: reads, prices and follows it, searches its longest scan and replays that scan.
 ///
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
@@ -84,7 +85,7 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
     Ok(concluded(request)?.audit)
 }
 
-/// Audits a project, and also returns the program and model in which the result was found.
+/// As [`audit`], but also returns the program and the model in which the result was found.
 ///
 /// # Errors
 /// All faults of the input at once, or that the analysis and the interpreter disagree.
@@ -102,7 +103,8 @@ pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
     searched?.concluded(request, early)
 }
 
-/// Reads a project without following it.
+/// Reads a project's files into a program and applies the stated facts. No pass runs, and nothing is priced or
+/// followed.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -112,17 +114,17 @@ pub fn read(request: &Request<'_>) -> Result<Program, Failure> {
 
 /// A project that is read and priced, before any pass changes it: an emulated CPU runs such a program.
 pub struct Ready {
-    /// The program.
+    /// The program as the front lowered it, with the stated facts.
     pub program: Program,
     /// The timing table.
     pub table: Table,
-    /// The price of every instruction.
+    /// The times of every instruction, and the overhead of a scan.
     pub prices: Prices,
-    /// The warnings.
+    /// The warnings of reading and pricing; those of the request come first.
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Reads and prices a project without following it.
+/// Reads and prices a project without running the passes or following it.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -132,7 +134,7 @@ pub fn ready(request: &Request<'_>) -> Result<Ready, Failure> {
     Ok(Ready { program, table, prices, warnings })
 }
 
-/// Reads, prices and follows a project without searching it.
+/// Reads a project, runs the passes, and prices and follows it, without searching it.
 ///
 /// # Errors
 /// All faults of the input at once.
@@ -186,7 +188,8 @@ impl PreparedProject {
         &self.understood.table
     }
 
-    /// The same project with another timing table of the same family. The time limit begins anew.
+    /// The same project with another timing table of the same CPU family, to which the user's times, factor and clock
+    /// are applied. The time limit begins anew.
     #[must_use]
     pub fn with_table(&self, table: Table, request: &Request<'_>) -> PreparedProject {
         let understood = self.understood.with_table(table, request);
@@ -196,7 +199,7 @@ impl PreparedProject {
     /// Prices and follows the project without searching it.
     ///
     /// # Errors
-    /// All instructions that have no time.
+    /// All instructions that have no time; or that the scan cannot be followed, or is too long.
     pub fn priced(self, request: &Request<'_>) -> Result<Followed, Failure> {
         self.limit_size(request)?.followed(request)
     }
@@ -280,7 +283,8 @@ impl SizeLimited {
     }
 }
 
-/// Whether the analysis may assume that scans preserve the mutual exclusion of relays.
+/// Whether at least some relays are trusted to be written by the program alone, so that mutually exclusive relays are
+/// worth searching for: all with [`Trust::All`], those under `[internal]` with [`Trust::Counts`].
 fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
     match request.trusted() {
         Trust::None => false,
@@ -289,7 +293,7 @@ fn trusts_relays(program: &Program, request: &Request<'_>) -> bool {
     }
 }
 
-/// The limits of searches.
+/// The limits of a search: this deadline, and the request's cancellation.
 fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
     Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
 }
@@ -332,13 +336,13 @@ impl LowerBoundSearch {
 pub struct Concluded {
     /// The audit.
     pub audit: Audit,
-    /// The project.
+    /// The project, with the model and groups that were searched last. The search may have changed its program.
     pub followed: Followed,
-    /// The maximum of each group.
+    /// The maximum of each group, parallel to `followed.groups`.
     pub maxima: Vec<Maximum>,
 }
 
-/// Searches the groups' maxima, replays the worst scan and assembles the audit.
+/// Searches the groups' maxima, replays the longest scan, makes real runs and assembles the audit.
 ///
 /// # Errors
 /// That the analysis and the interpreter disagree.
@@ -395,7 +399,8 @@ impl Followed {
         }
     }
 
-    /// The loops that a scan can reach and never leave.
+    /// The loops without a bound that a scan can reach, and those for which this was not decided. For a structural
+    /// bound, the latter are all that the program has.
     fn endless_loops(
         &self,
         model: &ScanModel,
@@ -419,7 +424,7 @@ impl Followed {
 }
 
 impl SearchedProject<'_> {
-    /// Builds the audit, with the real runs that another thread made, if any.
+    /// Completes the real runs and builds the audit. `early`: the real runs that another thread made, if any.
     fn concluded(
         self,
         request: &Request<'_>,

@@ -28,7 +28,8 @@ const MAX_EXECUTED: u64 = 1_500_000;
 /// The largest number of instructions that one run executes.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
-/// The inputs in the scans before the last one.
+/// Which inputs a simulated run has in every other scan, beginning with its first. In the scans between, the inputs are
+/// those of the scan that is to be reached.
 #[derive(Clone, Copy)]
 enum EarlierInputs {
     /// The same inputs as in the scan that is to be reached.
@@ -37,7 +38,7 @@ enum EarlierInputs {
     Off,
     /// The opposite inputs of the scan that is to be reached, so that edges occur in that scan.
     Opposite,
-    /// A random subset of the inputs is on, determined by this seed.
+    /// Each input has a random value, determined by this seed.
     Random(u64),
     /// The inputs of the longest first scan. Other values from outside are as in that scan, too.
     First,
@@ -45,18 +46,19 @@ enum EarlierInputs {
     Part(u64),
 }
 
-/// The inputs with which a simulated run from power-up is made.
+/// How the inputs of a simulated run from power-up change.
 #[derive(Clone, Copy)]
 struct InputPlan {
     before: EarlierInputs,
-    /// True: the inputs stay until nothing changes and no timer is running. False: they change in every scan.
+    /// True: the inputs stay until nothing changes and no timer is running, within limits. False: they change in every
+    /// scan.
     waits: bool,
 }
 
-/// A run of scans from power-up whose last scan takes as long as the longest scan found. Empty if none of the tried
-/// sequences leads there. If the last scan takes longer, it becomes the longest scan found. If each tried run ends with
-/// an operation error that stops the CPU and that the program alone causes, the time of the longest scan found is
-/// removed: nothing shows that it is possible.
+/// Searches for a run of scans from power-up whose last scan takes at least as long as the longest scan found. Empty if
+/// none of the tried sequences leads there. If the last scan takes longer, it becomes the longest scan found. If each
+/// tried run ends with an operation error that stops the CPU and that the program alone causes, the time of the longest
+/// scan found is removed: nothing shows that it is possible.
 pub fn run(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -116,7 +118,8 @@ fn is_own(program: &Program, error: &Stopped) -> bool {
     is_own
 }
 
-/// The runs to try, in this order.
+/// The runs to try, in this order. [`EarlierInputs::First`] is not among them: it is added once the first runs have
+/// failed.
 fn plans(program: &Program) -> Vec<InputPlan> {
     let first = [EarlierInputs::Same, EarlierInputs::Off, EarlierInputs::Opposite];
     let timekeeping = &program.timekeeping;
@@ -184,7 +187,7 @@ struct SimulatedScan {
 #[derive(Default)]
 struct Simulated {
     scans: Vec<SimulatedScan>,
-    /// The last scan of the run with its start values, if it takes long enough.
+    /// The last scan of the run with its start values, if it takes at least as long as the longest scan found.
     last: Option<(RealRun, Witness)>,
     /// The number of instructions that the run executed.
     executed: u64,
@@ -193,7 +196,8 @@ struct Simulated {
 }
 
 impl Simulation<'_> {
-    /// Simulates scans until one takes long enough.
+    /// Simulates scans until one takes at least as long as the longest scan found, a scan is impossible or not followed
+    /// to its end, or a limit is reached.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut run = Run::new(self.outside, self.times, self.overhead);
         let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {

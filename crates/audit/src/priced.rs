@@ -11,7 +11,7 @@ use scanbound_timing::price::{self, Prices};
 use scanbound_timing::table::{Evidence, Factor, Override, Table};
 use std::collections::BTreeSet;
 
-/// A program with its prices.
+/// A decoded program with the times of its instructions.
 pub struct Priced {
     pub program: Program,
     pub table: Table,
@@ -21,7 +21,8 @@ pub struct Priced {
 }
 
 impl Priced {
-    /// Prices the program, and warns of stated times that have no effect.
+    /// Prices the program, and warns of stated times and facts that have no effect. Removes what later stages do not
+    /// need: timing keys without counted units, and ranges of words that the program does not use.
     pub fn of(understood: Understood, request: &Request<'_>) -> Result<Priced, Failure> {
         (request.progress)(Progress::Stage("pricing"));
         let Understood { mut program, table, warnings, .. } = understood;
@@ -78,7 +79,7 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
     warnings
 }
 
-/// Refuses assumed times.
+/// Refuses a program whose time needs an assumed row, overhead term or factor (`--strict-times`).
 ///
 /// # Errors
 /// Each assumed row with the first instruction that it prices, and each assumed overhead term.

@@ -28,34 +28,34 @@ const NODES_EACH: usize = 1 << 15;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The check may take at most 1/`PARTS` of the remaining time.
 const PARTS: u32 = 8;
-/// If there are more facts than this, none of them is checked.
+/// Only this many facts are checked: the first ones, ranges before exclusive sets.
 const MAX_FACTS: usize = 100;
 /// The number of rounds in which a scan that violates a fact is searched for. Each round uses what the runs before it
 /// showed.
 const ROUNDS: usize = 3;
-/// The largest number of scans of a run from power-up.
+/// The largest number of scans of the run from power-up in which the facts are observed.
 const SCANS: usize = 100;
-/// The largest number of instructions in all scans of such a run.
+/// The largest number of instructions that this run executes in all its scans.
 const MAX_INSTRUCTIONS: u64 = 400_000;
 
-/// The facts that the program is proved to keep.
+/// The stated facts that the program is proved to keep: they are true at the end of every scan that starts with them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Proved {
-    /// Ranges, by the words' keys in the facts file.
+    /// The ranges that are kept, by the words' keys in the facts file.
     pub ranges: BTreeSet<String>,
-    /// Sets of exclusive bits, by their index in the facts file.
+    /// The sets of exclusive bits that are kept, by their index in the facts file.
     pub exclusive: BTreeSet<usize>,
 }
 
-/// The fact to which a proof obligation belongs.
+/// The stated fact that is checked.
 enum StatedFact {
     /// A range: its index in `Program::stated_ranges`, and its key in the facts file.
     Range(usize, String),
-    /// A set of bits: its index in the facts file, and the indices of its pairs in the program.
+    /// A set of exclusive bits: its index in the facts file, and the indices of its pairs in `Program::invariants`.
     Set(usize, Vec<usize>),
 }
 
-/// A fact, and what it says about a scan.
+/// A stated fact, and the statement about the start of a scan that it makes.
 struct FactCheck {
     of: StatedFact,
     stays: Candidate,
@@ -73,7 +73,8 @@ impl FactCheck {
     }
 }
 
-/// The facts that the program keeps. Real runs that violate others are recorded in `found`.
+/// The stated facts that the program is proved to keep. Real runs that violate others are recorded in `found`.
+/// `is_whole`: the model is only the structural bound, so nothing can be proved with it.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree.
@@ -131,7 +132,7 @@ pub fn proved(
     Ok(proved)
 }
 
-/// The stated facts about the program.
+/// The stated ranges and exclusive sets whose words and bits the program has, each as a candidate that can be checked.
 fn fact_checks(program: &Program, facts: &Facts) -> Vec<FactCheck> {
     let keys: BTreeMap<String, &String> =
         facts.ranges.keys().map(|key| (normalized(key), key)).collect();
@@ -185,8 +186,8 @@ fn run_unseen(search: &RunSearch<'_>, found: &mut RunResults) {
     }
 }
 
-/// The undecided facts that are true at the end of every scan that starts with all facts true. Only facts are checked
-/// whose cells only the program writes and that are true for cleared memory.
+/// Those of the `open` facts (indices into `asked`) that are true at the end of every scan that starts with all facts
+/// true. Only facts are checked whose cells only the program writes and that are true for cleared memory.
 fn provably_kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let exclusive = ExclusiveRelays::of(program, Trust::All);
@@ -234,7 +235,8 @@ fn provably_kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) ->
     own.into_iter().zip(&places).filter(|(_, places)| holds(places)).map(|(at, _)| at).collect()
 }
 
-/// Searches for real runs that violate facts which no run has violated so far.
+/// Searches for real runs that violate facts which no run has violated so far, and records them in `found`. `Err` if
+/// the analysis and the interpreter disagree.
 fn seek(search: &RunSearch<'_>, asked: &[FactCheck], found: &mut RunResults) -> Result<(), String> {
     let program = search.program;
     let stays: Vec<Candidate> = asked.iter().map(|one| one.stays.clone()).collect();
@@ -285,7 +287,7 @@ fn model(
     scan_model_of_candidates(search.program, times, (knowledge, purpose), &limits, stays).ok()
 }
 
-/// A charge whose cost occurs if `holds` is true.
+/// A charge of one picosecond that occurs if `holds` is true.
 fn charge(holds: Lit) -> Charge {
     Charge {
         instruction: 0,

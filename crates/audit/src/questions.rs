@@ -4,16 +4,16 @@ use super::invariants::{Invariants, invariants};
 use super::pipeline::{Concluded, Followed};
 use scanbound_solve::{Maximum, export};
 
-/// The file format of a problem for other solvers.
+/// The file format of a group's maximisation problem for other solvers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum QuestionFormat {
-    /// Weighted partial MaxSAT.
+    /// WCNF, the text format of solvers for weighted partial MaxSAT.
     Wcnf,
-    /// SMT-LIB 2 with `assert-soft`.
+    /// SMT-LIB 2 with `assert-soft`, for solvers that optimise, such as Z3.
     Smt2,
 }
 
-/// A problem file that is to be written.
+/// A file for the user to write: a problem for a solver, or the index of such files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
     /// The name of the file, without a directory.
@@ -22,7 +22,7 @@ pub struct File {
     pub text: String,
 }
 
-/// A charge in one line: its place and its text.
+/// The instruction of a charge in one line: its file, line and text.
 fn describe(followed: &Followed, charge: usize) -> String {
     let program = &followed.program;
     let instruction = &program.instructions[followed.model.charges[charge].instruction];
@@ -30,7 +30,7 @@ fn describe(followed: &Followed, charge: usize) -> String {
     format!("{file}:{} {}", instruction.place.line, instruction.text)
 }
 
-/// The problem of a group, numbered from 1 as in reports. `None` if there is no such group.
+/// The text of the problem of one group, numbered from 1 as in reports. `None` if there is no such group.
 #[must_use]
 pub fn question(followed: &Followed, group: usize, form: QuestionFormat) -> Option<String> {
     let group = followed.groups.get(group.checked_sub(1)?)?;

@@ -24,22 +24,25 @@ const UNTIL: u32 = 2;
 const PARTS: u32 = 8;
 /// The time limit of the stage if the user gives none.
 const LONGEST: Duration = Duration::from_secs(20);
-/// The mutually exclusive relays of a program that the search found.
+/// The mutually exclusive relays of a program that the search found. A relay is here a bit that only the program
+/// writes.
 #[derive(Debug, Clone, Default)]
 pub struct Relays {
-    /// The sets that are never all on.
+    /// The sets of relays that are never all on when a scan starts. Most are pairs.
     pub exclusive: Vec<Vec<BitTarget>>,
     /// Relays that the program never turns on. Other writers may turn them on, so their values are free.
     pub freed: BTreeSet<BitTarget>,
-    /// Relays on which the time of a scan may depend, and whose values between scans are known.
+    /// Relays on which the time of a scan may depend, and which only the program writes, in known ways: those that were
+    /// examined.
     pub known: BTreeSet<BitTarget>,
-    /// Whether each candidate set was either proved or refuted.
+    /// Whether the search completed at least its first round. Then each additional candidate set (`hints`) was either
+    /// proved or refuted.
     pub decided: bool,
 }
 
 /// The model without scans that start in an unreachable state: with relays all on that no run from power-up leaves on
-/// together. `None` if no such set is found. The sets are recorded in the program. `hints` are additional candidate
-/// sets.
+/// together. `None` if no such set is found. The sets are recorded in the program's invariants, and all that was found
+/// in the second result. `hints` are additional candidate sets.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,
@@ -125,7 +128,7 @@ fn note_off_where_fresh(program: &mut Program, relays: Vec<BitTarget>) {
     });
 }
 
-/// The sets, without duplicates and without those that contain a smaller set.
+/// The sets, each sorted, without duplicates and without sets of a single relay.
 fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     let sorted = |mut set: Vec<usize>| {
         set.sort_unstable();
@@ -136,7 +139,7 @@ fn joined(sets: impl Iterator<Item = Vec<usize>>) -> Vec<Vec<usize>> {
     all.into_iter().collect()
 }
 
-/// Candidates: sets of relays, as indices, of which perhaps no scan turns on all.
+/// Candidates: sets of relays, as indices, that are perhaps never all on when a scan starts.
 struct Candidates {
     hinted: Vec<Vec<usize>>,
     pairs: Vec<Vec<usize>>,
@@ -144,7 +147,7 @@ struct Candidates {
 
 /// The mutually exclusive relays, as indices of a list of relays.
 struct Answer {
-    /// The sets that are never all on.
+    /// The sets that are never all on when a scan starts.
     exclusive: Vec<Vec<usize>>,
     /// The relays that the program never turns on.
     freed: BTreeSet<usize>,
@@ -160,8 +163,8 @@ struct Question<'a> {
 }
 
 impl Question<'_> {
-    /// The candidates that scans preserve, as far as the time allows. `None` if there was no time even for the first
-    /// round.
+    /// The candidates that scans preserve, as far as the time allows. First the hinted sets, then with them the
+    /// directly related pairs, then all pairs. `None` if there was no time even for the first round.
     fn ask(&self, candidates: Candidates, budget: &Budget<'_>) -> Option<Answer> {
         let Candidates { hinted, pairs } = candidates;
         let is_over = || budget.must_stop_at_part(UNTIL);
@@ -202,8 +205,9 @@ impl Question<'_> {
         }
     }
 
-    /// The candidates that are true at the end of every scan that starts with all of them true. After memory was
-    /// cleared, all are true.
+    /// The candidates of which, at the end of every scan that starts with none of them violated, none is violated
+    /// either. If memory was cleared before the scan, none is violated at its start. `None` if the limits end the
+    /// search.
     fn preserved(
         &self,
         candidates: Vec<Vec<usize>>,
@@ -220,7 +224,7 @@ impl Question<'_> {
     }
 }
 
-/// The condition that these relays are off if memory was cleared before the scan.
+/// For each relay in `own`, the condition that it is off when the scan starts if memory was cleared before the scan.
 fn off_where(
     fresh: Lit,
     bits: &[BitTransition],
@@ -268,7 +272,7 @@ pub(super) fn exclusive_relays(
     read.into_iter().filter(|&bit| exclusive.start_unknown(bit).is_none()).collect()
 }
 
-/// The bits whose start values the scan reads.
+/// The bits whose values at the start of a scan occur in the scan's model.
 pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
     let start = |variable: VarId| match model.variables[variable.0 as usize].origin {
         Origin::Start(cell) => Some(cell),
@@ -290,7 +294,7 @@ pub fn read(model: &ScanModel) -> BTreeSet<BitTarget> {
     read
 }
 
-/// The literals of the bits at the start of the scan.
+/// For each bit, the literal of its value when the scan starts.
 pub(super) fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),
@@ -301,7 +305,8 @@ pub(super) fn starts(model: &mut ScanModel, bits: &[BitTarget]) -> Vec<Lit> {
     bits.iter().map(|&bit| circuit.atom(atom(bit, variables[&bit.cell()]))).collect()
 }
 
-/// Combines pairs into groups of mutually exclusive relays. Larger sets stay as they are.
+/// Combines pairs into groups of mutually exclusive relays, so that each pair is in at least one group. Larger sets
+/// stay as they are.
 fn groups(program: &Program, bits: &[BitTarget], sets: &[Vec<usize>]) -> Vec<ExclusiveBits> {
     let (pairs, larger): (Vec<&Vec<usize>>, Vec<&Vec<usize>>) =
         sets.iter().partition(|set| set.len() == 2);

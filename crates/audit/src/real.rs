@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that a real run executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
-/// The largest size of one model that includes what real runs showed.
+/// The largest size of one model that includes what real runs showed: its nodes and questions about words.
 const LARGEST: usize = 2_000_000;
 /// The search for longer runs ends when its models have more gates in total.
 const MAX_GATES: usize = 1_000_000;
@@ -30,7 +30,7 @@ const LARGEST_FIRST: usize = 100_000;
 /// A model with more gates takes as long as a good part of the bound's search. With such models, the search goes on
 /// only as long as each round makes the run longer by 1/`WORTH`.
 const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
-/// See [`MAX_GATES_FOR_SMALL_GAINS`].
+/// A round was worth its time if it made the run longer by at least 1/`WORTH`.
 const WORTH: u64 = 100;
 /// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
 /// longer.
@@ -40,7 +40,7 @@ const MAX_DECISIONS: u64 = 200_000;
 pub struct RunResults {
     /// The longest real run.
     pub best: RealRun,
-    /// The start values of the longest real run.
+    /// The start values of the longest real run, and its nondeterministic values.
     pub witness: Witness,
     /// What all real runs showed about operations.
     pub knowledge: Knowledge,
@@ -65,7 +65,7 @@ impl RunResults {
         news
     }
 
-    /// Removes the time of a run that is impossible: if no possible run is known, nothing is known of any scan.
+    /// If the best run is impossible, sets its time to 0 and removes its events: nothing is then known of any scan.
     fn without_impossible(mut self) -> RunResults {
         if !self.best.is_possible() {
             self.best.replay.total = Picos::ZERO;
@@ -74,7 +74,8 @@ impl RunResults {
         self
     }
 
-    /// Removes the time of the best run, because an operation error stops the CPU before any scan that takes so long.
+    /// Ends the best run with this operation error, sets its time to 0 and removes its events: the error stops the CPU
+    /// before any scan that takes so long.
     pub(super) fn ends_in(&mut self, error: Stopped) {
         self.best.stopped = Some(error);
         self.best.replay.total = Picos::ZERO;
@@ -101,23 +102,26 @@ impl RunResults {
 /// The results of the real runs that were made before the search has found the model's longest scan.
 pub struct EarlyRuns {
     found: RunResults,
-    /// Whether more rounds are worthwhile when the runs have shown more.
+    /// Whether more rounds are worthwhile once further runs have shown more.
     goes_on: bool,
     /// The total number of gates of the models.
     gates: usize,
 }
 
-/// A search for long real runs.
+/// A search for long real runs of a program. A real run executes one scan as on a PLC.
 pub struct RunSearch<'a> {
     pub program: &'a Program,
-    /// The times of instructions for lower bounds: an unknown number of units is 0.
+    /// The times of the instructions for lower bounds, parallel to the program's instructions: an unknown number of
+    /// units counts as 0.
     pub least: &'a [Times],
     pub limits: Limits<'a>,
 }
 
 impl RunSearch<'_> {
-    /// Makes the real runs that need no result of the bound's search: those of the longest scans that certainly run as
-    /// in the model. `Err` if an operation wrote a cell that its effects do not declare.
+    /// Makes the real runs that need no result of the bound's search: one in which all values are 0 or the nearest
+    /// stated value, and counts of loops the largest; then those of the longest scans that certainly run as in the
+    /// model. `Err` if an operation wrote a cell that its effects do not declare, or a word left the range that the
+    /// analysis proved.
     pub fn search_early(&self) -> Result<EarlyRuns, String> {
         let start = Witness::default();
         let run = self.real(&start)?;
@@ -153,9 +157,10 @@ impl RunSearch<'_> {
         Ok(found.without_impossible())
     }
 
-    /// Makes real runs with these start values; the first are those of the model's longest scan, which takes `upper`.
-    /// Makes further rounds as long as a longer run may be found. `knowledge` is what was learned before. `Err` if an
-    /// operation wrote a cell that its effects do not declare, or if a run takes longer than `upper`.
+    /// Makes a real run of the model's longest scan, which takes `upper`; and one that starts from `other` if the first
+    /// is impossible or shorter than `upper`. Makes further rounds as long as a longer run may be found. `knowledge` is
+    /// what was learned before. `Err` if an operation wrote a cell that its effects do not declare, or if a run takes
+    /// longer than `upper`.
     pub fn run(
         &self,
         [longest, other]: [&Witness; 2],
@@ -214,7 +219,8 @@ impl RunSearch<'_> {
         Ok(goes_on)
     }
 
-    /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly.
+    /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
+    /// are too long to be added up.
     fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
         let limits =
             SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
@@ -226,8 +232,8 @@ impl RunSearch<'_> {
     }
 
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
-    /// If every path depends on unknown values, what depends on them counts with its smallest time. Adds the models'
-    /// size to `gates`.
+    /// If every path depends on unknown values, what depends on them counts with its smallest time. `None` if no scan
+    /// satisfies the constraints. Adds the models' size to `gates`.
     fn longest_known(
         &self,
         full: &ScanModel,
@@ -330,7 +336,7 @@ impl RunSearch<'_> {
         Ok(())
     }
 
-    /// `Err` if a run takes longer than `upper`, the bound.
+    /// `Err` if a run that is possible takes longer than `upper`, the bound on all charges.
     pub(super) fn within(&self, one: &RealRun, upper: Picos) -> Result<(), String> {
         if one.is_possible() && one.replay.total > upper {
             return Err(format!(
@@ -341,8 +347,8 @@ impl RunSearch<'_> {
         Ok(())
     }
 
-    /// The longest scan of a model that satisfies its constraints, and an upper bound on all its scans. `None` if no
-    /// scan satisfies them.
+    /// The longest scan of a model that was found, and an upper bound on all its scans. `None` if the scan found
+    /// violates a constraint, as it does if no scan satisfies them.
     pub(super) fn longest(&self, model: &ScanModel) -> Option<(Assignment, Picos)> {
         if model.constraints.contains(&Lit::FALSE) {
             // All charges depend on unknown values: there is nothing to search.
@@ -367,8 +373,8 @@ impl RunSearch<'_> {
     }
 }
 
-/// Whether a run was not worth its round. A run that stopped early does not count, because it shows where to search
-/// next.
+/// Whether a run is less than 1/`WORTH` longer than the best one. Never if one of the two is impossible: such a run
+/// shows where to search next.
 fn is_hardly_longer(one: &RealRun, best: &RealRun) -> bool {
     let (took, before) = (one.replay.total.0, best.replay.total.0);
     one.is_possible() && best.is_possible() && took < before.saturating_add(before / WORTH)
@@ -389,7 +395,8 @@ fn learn(knowledge: &mut Knowledge, real: &mut RealRun) -> bool {
     news
 }
 
-/// Whether the search for a lower bound may choose a variable's value, must use 0, or may assume nothing.
+/// Whether the search for a lower bound may choose a variable's value ([`Treatment::Free`]), must use 0
+/// ([`Treatment::Zero`]), or may assume nothing about it ([`Treatment::Unknown`]).
 pub(super) fn standing(
     program: &Program,
     summary: &BTreeSet<ChoiceId>,
@@ -425,7 +432,8 @@ pub(super) fn standing(
     }
 }
 
-/// The choices of loops that the model does not follow. Real runs show what these loops write.
+/// The choices of loop summaries: loops with a number of iterations that the model does not follow. Real runs show what
+/// these loops write.
 pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let choices = program.instructions.iter().flat_map(|one| match &one.step {
         Step::Summary(summary) if summary.iterations.is_some() => {

@@ -8,11 +8,11 @@ use std::fmt;
 /// Why a limit is neither proved nor refuted. Some reasons only say what to do about the reason before them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reason {
-    /// The bound may be too low.
+    /// The bound may be too low, for this reason.
     Doubt(Doubt),
     /// The limit is between the lower and the upper bound.
     Between {
-        /// Whether a search ended before it was complete.
+        /// Whether a search was ended by the time limit or the user.
         is_cut: bool,
         /// The fact that the user should state first, if the bound depends on a fact that is not stated.
         fact: Option<String>,
@@ -22,33 +22,34 @@ pub enum Reason {
     /// The limit is not exceeded with the points that the program uses, but may be with all points that the CPU can
     /// have.
     MorePoints {
-        /// For inputs and outputs: the number of points that the program uses.
+        /// For inputs and outputs (`input`, `output`): the number of points that the program uses.
         seen: Vec<(u32, &'static str)>,
-        /// For inputs and outputs: the number of points that the CPU can have.
+        /// For inputs and outputs (`input`, `output`): the number of points that the CPU can have.
         all: Vec<(u32, &'static str)>,
         /// The upper bound with only the points that the program uses.
         upper: Picos,
         /// The upper bound with all points that the CPU can have.
         most: Picos,
     },
-    /// The limit is exceeded with the points that the program uses, but not without any points.
+    /// The limit is exceeded with the points that the program uses (their number and `input` or `output`), but not
+    /// without any points.
     FewerPoints(Vec<(u32, &'static str)>),
     /// The user should state the number of these points.
     StatePoints {
         /// `input`, `output` or both.
         sides: Vec<&'static str>,
-        /// The number of points beyond those used with which no scan exceeds the limit. `None` if there is no such
-        /// number.
+        /// The number of additional points with which still no scan exceeds the limit. `None` if there is no such
+        /// number, because the limit is exceeded without additional points.
         more: Option<u64>,
     },
-    /// The slowest base unit was assumed.
+    /// The refresh was charged for the slowest base unit, because the base units are not stated.
     SlowestBase(UnstatedBase),
     /// A scan exceeds the limit, but no run from power-up to it was found.
     NotReached {
         /// The time of the scan.
         took: Picos,
     },
-    /// The program may switch on a constant scan that exceeds the limit.
+    /// The constant scan time exceeds the limit, and it is set, or the program may switch it on.
     ConstantScan {
         /// The largest constant scan time.
         most: Picos,
@@ -66,21 +67,21 @@ pub enum Reason {
         /// The device from which the watchdog time is set. `None` if there is none.
         from: Option<String>,
     },
-    /// The program sets the watchdog, and the watchdog time before that is unknown.
+    /// The watchdog time before the program sets it (the CPU's default) is unknown.
     DefaultUnknown {
         /// The device that holds the watchdog time.
         device: &'static str,
     },
-    /// The watchdog time that the program sets is long enough, but not the one before the program sets it.
+    /// The watchdog time that the program sets is long enough, but the default, which applies until then, is not.
     DefaultFirst {
-        /// The watchdog time at power-up.
+        /// The watchdog time from power-up until the program sets it.
         default: Picos,
         /// The time that the program sets.
         set: Picos,
         /// The device that holds the watchdog time.
         device: &'static str,
     },
-    /// More than the permitted share rests on assumed times.
+    /// More than the permitted share of the deciding time rests on assumed times.
     Assumed {
         /// The share of assumed times.
         share: Share,
@@ -88,7 +89,7 @@ pub enum Reason {
         of_lower: bool,
         /// The largest permitted share, as the user gave it.
         most: String,
-        /// The times to state first.
+        /// The names of the assumed times to state first: those on which most of the bound rests.
         first: Vec<String>,
     },
 }

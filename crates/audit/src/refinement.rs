@@ -119,7 +119,8 @@ impl<'r> Refinement<'_, 'r> {
         Ok((searched?, Runs::Early(early)))
     }
 
-    /// The longest real run, determined after the search of the model.
+    /// Makes the real runs that need the result of the search, and returns the longest run of all. `longest` is the
+    /// start of the model's longest scan, and `upper` the bound on all charges.
     pub fn longest(
         &self,
         program: &Program,
@@ -154,8 +155,8 @@ impl<'r> Refinement<'_, 'r> {
     }
 }
 
-/// Searches the model that includes what real runs showed. Returns the result with the lower bound of this search and
-/// the one before.
+/// Searches the model that includes what real runs showed. Returns this result or the one `before`, whichever has the
+/// smaller upper bound. `Err` if a possible run takes longer than that bound.
 fn tighter<'r>(
     search: &ModelSearch<'_, 'r>,
     before: Searched<'r>,

@@ -1,4 +1,4 @@
-//! Which relays occur together in rungs: candidates for pairs that scans keep mutually exclusive.
+//! Which relays occur together in rungs: their pairs are candidates for mutual exclusion.
 
 use scanbound_ir::{BitSource, BitTarget, Cell, Join, Program, Source, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
@@ -87,8 +87,9 @@ impl RelatedRelays {
         }
     }
 
-    /// Of relays that may never come on, those that need none of the others for that. Once one of these is free, the
-    /// relays that it turns on are free too.
+    /// Of the relays `never`, which no scan turns on, those that need no others of them, or only such that need them in
+    /// turn: the relays that others must turn on first. Once one of these is free, the relays that it turns on are free
+    /// too. A relay needs those that are read in rungs which write it.
     pub fn first(&self, never: &[usize]) -> Vec<usize> {
         let needs = |&from: &usize| {
             let mut found = BTreeSet::new();
@@ -105,7 +106,8 @@ impl RelatedRelays {
         never.iter().copied().filter(is_first).collect()
     }
 
-    /// Pairs of relays that occur together.
+    /// Pairs of related relays, at most 20,000: they occur together in a rung that writes one of them, or depend on the
+    /// same input or word.
     pub fn directly_related(&self) -> Vec<Vec<usize>> {
         let pairs = self
             .related
@@ -115,8 +117,8 @@ impl RelatedRelays {
         pairs.take(MAX_PAIRS).collect()
     }
 
-    /// Pairs of relays that may be mutually exclusive: those that occur together in a rung that writes one of them, and
-    /// those connected by a chain of such relations.
+    /// Pairs of relays that may be mutually exclusive, at most 20,000: related relays, and relays connected by a chain
+    /// of such relations. Chains do not pass through mode flags: relays with many related ones.
     pub fn pairs(&self) -> Vec<Vec<usize>> {
         let few: Vec<Vec<usize>> = self
             .related

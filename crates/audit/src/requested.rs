@@ -1,4 +1,4 @@
-//! What an audit has only if it was requested: other bounds of the same program.
+//! Parts of an [`Audit`](super::Audit) that are computed only on request: other bounds of the same program.
 
 use super::exclusive_relays::StartUnknown;
 use super::solved_bound::SolvedBound;
@@ -6,7 +6,7 @@ use super::unknown::Unknown;
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// How much the mutual exclusion of chart steps lowers the bound.
+/// How much the bound is lowered by the fact that the steps of charts (SFC) are mutually exclusive.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Coactivity {
     /// The bound if steps and stored actions were not mutually exclusive.
@@ -20,9 +20,9 @@ pub struct Coactivity {
 pub struct TaskUse {
     /// The name of the task.
     pub name: String,
-    /// The interval of the task. `None` if it is not cyclic.
+    /// The interval in which the task is due. `None` if it is not cyclic.
     pub interval: Option<Picos>,
-    /// The priority of the task: 0 is the highest.
+    /// The priority of the task: 0 is the highest. `None` if the project does not state it.
     pub priority: Option<i64>,
     /// The programs that the task calls, in this order.
     pub programs: Vec<String>,
@@ -34,31 +34,33 @@ pub struct TaskUse {
     pub interrupted_by: Vec<String>,
     /// The tasks of the same priority for which this task may have to wait.
     pub waits_for: Vec<String>,
-    /// The longest time from its due time to its end, computed from the bounds and intervals of those tasks. `Err` has
-    /// the reason if there is none.
+    /// The longest time from the task's due time to its end, computed from the bounds and intervals of all tasks that
+    /// may run first. `Err` has the reason if there is none.
     pub response: Result<Picos, String>,
 }
 
 /// The bounds of the scan if additional facts are stated.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WhatIf {
-    /// The limits that were tried for numbers of iterations or units, ascending.
+    /// The limits that were tried for numbers of iterations or units and for indices, ascending.
     pub most: Vec<u32>,
-    /// The numbers that are limited, one after the other. In each step, the numbers of all earlier steps are limited,
+    /// The values that are limited, one after the other. In each step, the values of all earlier steps are limited,
     /// too.
     pub steps: Vec<LimitedCount>,
-    /// The assumptions that change the bound too little to be listed.
+    /// The assumptions that change the bound too little to be listed. `None` if there are none, or their effect was not
+    /// computed.
     pub minor: Option<Minor>,
-    /// The devices for which the bound would be lower if the user stated that only the program writes them.
+    /// The devices for which the bound would be lower if the user stated that only the program writes them. `None` if
+    /// there are none, or this was not computed.
     pub own: Option<InternalDevices>,
 }
 
-/// A number of iterations or units that is limited in addition to those of the steps before.
+/// One step of [`WhatIf::steps`]: an unknown value that is limited, in addition to those of the steps before.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LimitedCount {
-    /// The number of iterations or units that is limited.
+    /// The value that is limited: a number of iterations or units, or an index.
     pub unknown: Unknown,
-    /// The bound for each limit in [`WhatIf::most`]. `None` if the number cannot have that limit.
+    /// The bound for each limit in [`WhatIf::most`], in the same order. `None` if the program contradicts that limit.
     pub solved: Vec<Option<SolvedBound>>,
 }
 
@@ -90,12 +92,12 @@ pub struct NetBound {
     /// The bound without the net: combinations of relays are excluded only if the audit itself finds that they cannot
     /// occur.
     pub alone: Picos,
-    /// Sets that the net states and the code preserves.
+    /// Sets of mutually exclusive elements that the net states, that the code preserves and that the bound uses.
     pub used: Vec<Set>,
     /// Sets that the net states and that are not used.
     pub unused: Vec<UnusedSet>,
-    /// For each place of the net: whether it is marked when the longest scan starts, if that scan depends on it. A
-    /// counter counts as marked once it has counted.
+    /// For each place of the net: whether it is marked when the longest scan starts. A counter counts as marked once it
+    /// has counted. `None` if the place has no relay, or that scan does not depend on the relay.
     pub places: Vec<Option<bool>>,
     /// The names of the marked places.
     pub marked: Vec<String>,
@@ -106,7 +108,7 @@ pub struct NetBound {
 pub struct Set {
     /// The names of the elements of the set.
     pub elements: Vec<String>,
-    /// The relays that represent the elements.
+    /// The names of the relays that represent the elements, in the same order. Empty for an element without a relay.
     pub relays: Vec<String>,
     /// Whether all elements are boxes, timers or counters, and none is a transition.
     pub is_of_places: bool,
@@ -126,7 +128,7 @@ pub struct UnusedSet {
 /// Why a set that the net states is not used.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Why {
-    /// The CPU has no such relay, or the element has no address.
+    /// The CPU has no such relay, or this element has no address.
     NoRelay(String),
     /// The value of this element's relay at the start of a scan is unknown.
     StartUnknown(String, StartUnknown),
@@ -134,7 +136,7 @@ pub enum Why {
     NeverOn(String),
     /// No scan depends on the value of this element's relay at the start of the scan.
     NotRead(String),
-    /// One scan of the code can turn on all relays of the set.
+    /// One scan of the code can turn on all relays of the set, although it starts with no set violated.
     Broken,
     /// The time limit was reached before the set was decided.
     NoTime,

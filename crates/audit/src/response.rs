@@ -7,14 +7,14 @@ use scanbound_base::time::Picos;
 use scanbound_ir::Program;
 use scanbound_timing::table::{Evidence, Row, Table};
 
-/// A delay outside the scan, and its evidence.
+/// A delay of an input or output module outside the scan, and its evidence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delay {
     /// The length of the delay.
     pub time: Picos,
     /// The evidence for the delay.
     pub evidence: Evidence,
-    /// The source of the delay.
+    /// The document that gives the delay, or that it was stated on the command line.
     pub source: String,
 }
 
@@ -29,7 +29,8 @@ impl Delay {
     }
 }
 
-/// The number of scans that an edge needs in the worst case: one that it just missed, and the one that processes it.
+/// The number of scans that an edge needs in the worst case if no relay delays it: one that it just missed, and the one
+/// that processes it.
 const SCANS: u64 = 2;
 
 /// The worst-case time from an input's edge to the resulting edge of an output. It assumes that each relay on the way
@@ -43,13 +44,13 @@ pub struct Response {
     /// The largest number of scans: one that the edge just missed, the one that processes it, and one more for each
     /// relay on the way that is read before it is written.
     pub scans: u64,
-    /// The time of the longest scan.
+    /// The upper bound on the time of each of these scans.
     pub scan: Picos,
-    /// The sum of all parts of the response time.
+    /// The response time: both delays, and `scans` times `scan`.
     pub total: Picos,
 }
 
-/// Delays that the user gave, which replace those of the table.
+/// Delays that the user gave on the command line. They replace those of the table; `None`: the table's delay is used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Given {
     /// The delay from an input terminal to the scan.
@@ -58,7 +59,7 @@ pub struct Given {
     pub output: Option<Picos>,
 }
 
-/// The delays before and after the scan.
+/// The delays before and after the scan, and the number of scans between them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Delays {
     input: Delay,
@@ -67,7 +68,7 @@ pub struct Delays {
 }
 
 impl Delays {
-    /// The given delays, otherwise the table's.
+    /// The given delays, otherwise the table's (`@input-delay`, `@output-delay`).
     ///
     /// # Errors
     /// If one of them is unknown, or no response time can be computed for this kind of program.
@@ -93,7 +94,7 @@ impl Delays {
         }
     }
 
-    /// The response time of a program whose longest scan takes this time.
+    /// The response time of a program if this is the upper bound on its scan.
     pub(super) fn response_time(self, scan: Picos) -> Response {
         let Delays { input, output, scans } = self;
         let total = input.time + scan.times(scans) + output.time;

@@ -1,5 +1,5 @@
-//! An upper bound on the longest time between two restarts of the watchdog, from the model of a scan: it uses the
-//! conditions that exclude each other.
+//! An upper bound on the longest time between two restarts of the watchdog, from the model of a scan. It knows which
+//! conditions exclude each other, which the bound from the program's structure does not.
 
 use scanbound_base::time::Picos;
 use scanbound_ir::{Frame, Program, Step};
@@ -45,8 +45,8 @@ pub fn upper(
     Some(longest)
 }
 
-/// The longest time from the beginning of the scan, or from a restart that fires, to the next restart that fires or the
-/// end of the scan.
+/// An upper bound on the time from the restart `from`, or from the beginning of the scan if that is `None`, to the next
+/// restart that fires or the end of the scan. `None` if the time is too large.
 fn longest_until_restart(
     model: &ScanModel,
     charges: &[&Charge],

@@ -1,4 +1,4 @@
-//! Searches the groups' maxima, as far as they are needed.
+//! Searches the maximum of each group, until all are known, the limit is decided or the time is over.
 
 use super::{Progress, Request};
 use scanbound_base::time::Picos;
@@ -11,7 +11,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// What is searched, and the limits of the search.
+/// The groups whose maxima are searched, and the limits of the search.
 pub struct GroupSearch<'a> {
     /// The method, the limit to decide, the cancellation and the progress reports.
     pub request: &'a Request<'a>,
@@ -23,13 +23,13 @@ pub struct GroupSearch<'a> {
     pub groups: &'a [Group],
     /// The part of the scan time that is the same in every scan.
     pub constant: Picos,
-    /// When the whole search ends.
+    /// When the whole search ends. `None`: there is no time limit.
     pub deadline: Option<Instant>,
-    /// If the upper bound is at least this time, it may be too low, so that the limit stays undecided.
+    /// If the upper bound of the scan is at least this time, it may be too low, so that the limit is not proved.
     pub doubtful_from: Option<Picos>,
 }
 
-/// The bounds of all groups that have been found.
+/// The best bounds of each group so far, and their sums.
 struct GroupBounds {
     /// Each group's upper and lower bound.
     bounds: Vec<(Picos, Picos)>,
@@ -48,7 +48,7 @@ impl GroupBounds {
         GroupBounds { bounds, upper, lower, solved }
     }
 
-    /// Records a group's new bounds. Returns whether a longer scan is known now.
+    /// Records a group's new bounds. Returns whether its lower bound rose: a longer scan is known now.
     fn record(&mut self, group: usize, upper: Picos, lower: Picos) -> bool {
         // The sums are updated incrementally, as there may be many groups.
         let old = std::mem::replace(&mut self.bounds[group], (upper, lower));
@@ -75,8 +75,8 @@ fn improve(known: &mut Maximum, again: Maximum) {
 }
 
 impl GroupSearch<'_> {
-    /// The maximum of every group, in their order, and whether the search ended early because it was decided whether a
-    /// scan exceeds the request's limit.
+    /// The maximum of every group, in the order of the groups, and whether the search ended early because it was
+    /// decided whether a scan exceeds the request's limit.
     ///
     /// With a limit, the groups are searched in rounds: the largest alone, then two, then four, and so on. What is
     /// known between two rounds does not depend on the order of the threads. The same is true when the search of one
@@ -117,7 +117,8 @@ impl GroupSearch<'_> {
         (found, open && stop.into_inner())
     }
 
-    /// Searches the undecided groups again in the time that the other groups did not use.
+    /// Searches the undecided groups again in the time that the other groups did not use. Without a deadline, nothing
+    /// is searched again.
     fn search_again(
         &self,
         found: &mut [Maximum],
@@ -156,7 +157,8 @@ impl GroupSearch<'_> {
         }
     }
 
-    /// The sum of each group's times instead of a search, if nothing more is requested.
+    /// For the structural bound, in place of a search: the upper bound of each group is the sum of the larger times of
+    /// its charges, its lower bound the time with all variables 0. The second result is always false.
     pub fn sums(&self) -> (Vec<Maximum>, bool) {
         let zeros = Assignment(vec![0; self.model.variables.len()]);
         let values = self.model.circuit.evaluate(&zeros);
@@ -176,7 +178,8 @@ impl GroupSearch<'_> {
         (self.groups.iter().map(sum).collect(), false)
     }
 
-    /// The ranges of groups that are searched in parallel, one range for each round.
+    /// The ranges of groups that are searched in parallel, one range for each round. Without a limit to decide, there
+    /// is one round.
     fn rounds(&self) -> Vec<Range<usize>> {
         let count = self.groups.len();
         let mut size = if self.request.limit.is_some() { 1 } else { count };
@@ -191,7 +194,8 @@ impl GroupSearch<'_> {
         rounds
     }
 
-    /// Whether it is decided if some scan exceeds the limit, for any number of points that the CPU can have.
+    /// Whether it is decided if some scan exceeds the limit, for any number of points that the CPU can have. False if
+    /// there is no limit.
     fn decided(&self, known: &GroupBounds) -> bool {
         let Some(limit) = self.request.limit else { return false };
         let (upper, lower) = (self.constant + known.upper, self.constant + known.lower);
@@ -211,7 +215,8 @@ impl GroupSearch<'_> {
         });
     }
 
-    /// The moment at which a round must end, so that later rounds get time in proportion to their charges.
+    /// The moment at which a round must end, so that later rounds get time in proportion to their charges. `end` is the
+    /// end of the whole search.
     fn deadline_of_round(&self, round: &Range<usize>, end: Instant) -> Instant {
         let charges = |groups: &[Group]| -> usize {
             groups.iter().map(|group| group.charges.len() + 1).sum()

@@ -3,13 +3,13 @@
 use scanbound_base::time::Picos;
 use std::fmt;
 
-/// The bound that an audit with changed facts gave.
+/// The upper bound that an additional audit with changed facts or settings gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SolvedBound {
     /// No scan takes longer under these settings.
     pub upper: Picos,
-    /// The time limit ended that audit, so its bound depends on machine speed and load. Otherwise every run with the
-    /// same input finds the same bound.
+    /// Whether the time limit ended that audit, so that its bound depends on machine speed and load. Otherwise every
+    /// run with the same input finds the same bound.
     pub cut: bool,
 }
 
@@ -20,7 +20,7 @@ impl fmt::Display for SolvedBound {
 }
 
 impl SolvedBound {
-    /// The note that follows the bound in a report.
+    /// The note that follows the bound in a report: empty unless the time limit ended the audit.
     #[must_use]
     pub fn note(&self) -> &'static str {
         if self.cut {

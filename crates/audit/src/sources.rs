@@ -5,25 +5,25 @@ use scanbound_base::checksum::sha256;
 use scanbound_ir::Program;
 use scanbound_timing::table::Table;
 
-/// A file that the audit used, for its record.
+/// A file that the audit used: its name and checksum for the audit's record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// What the file is used for.
     pub what: SourceKind,
     /// The name of the file as the user gave it. For a built-in table: the name of the table.
     pub name: String,
-    /// The date of the file's last change, if the file contains one.
+    /// The date of the last change that a timing table states. `None` for other files.
     pub date: Option<String>,
     /// The SHA-256 of the file's bytes.
     pub sha256: String,
 }
 
-/// The kinds of inputs.
+/// What an audit uses a file for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
-    /// A program.
+    /// A file that contains a program.
     Program,
-    /// Names and comments of devices.
+    /// Any other file of the project: names and comments of devices.
     Comments,
     /// The timing table.
     Table,
@@ -44,7 +44,7 @@ impl SourceKind {
     }
 }
 
-/// All inputs of an audit.
+/// The project's files, the timing table, and the facts file if there is one, in this order.
 pub(super) fn sources(request: &Request<'_>, program: &Program, table: &Table) -> Vec<Source> {
     let inputs = request.inputs.iter().map(|input| Source {
         what: match program.files.iter().any(|file| file.name == input.name) {

@@ -23,9 +23,9 @@ use scanbound_timing::price::Prices;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-/// The largest number of states that are excluded.
+/// The largest number of start states that are excluded. If they are not enough, there is no lower bound.
 const MAX_ROUNDS: usize = 100;
-/// The longest time that excluding states may take.
+/// The longest time that the exclusion of start states may take.
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
@@ -33,7 +33,8 @@ const LARGEST: usize = 4_000_000;
 const MAX_RELAYS: usize = 200;
 const MAX_WORDS: usize = 32;
 
-/// Replaces the longest real run until some scan can leave the state in which it starts. `longest` is the start of the
+/// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
+/// in time or after many replacements, either the last run stays or its time is set to 0. `longest` is the start of the
 /// model's longest scan, which takes `upper`.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
@@ -153,7 +154,8 @@ fn search_again(
     others.run([first.as_ref().unwrap_or(longest), &start], upper, found.knowledge)
 }
 
-/// Choices that earlier scans decide, other than by the time that has passed.
+/// The choices whose values follow from earlier scans, other than from the time that has passed: such as a counter's
+/// value.
 fn earlier_choices(program: &Program) -> BTreeSet<ChoiceId> {
     let keeping = &program.timekeeping;
     let is_timed = |choice: &ChoiceId| {

@@ -75,7 +75,8 @@ pub fn writers(
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
 }
 
-/// Adds to a program which bits are mutually exclusive when a scan starts.
+/// Adds the stated sets of exclusive bits to a program's invariants, one invariant for each pair of a set: when a scan
+/// starts, the two bits are not both on.
 ///
 /// # Errors
 /// Names that are not bits of the machine, or that occur in a set twice.
@@ -112,7 +113,8 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
     Ok(())
 }
 
-/// A bit by its name as reports write it: a relay, or a bit of a word (`D100.A`, `0.05`).
+/// A bit by its name as reports write it: a relay, or a bit of a word (`D100.A`, `0.05`). `None` if the program's
+/// machine has no such bit.
 pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
     let is_bit = |cell: &Cell| program.area(cell.area).kind == AreaKind::Bit;
     if let Some(cell) = cell(program, name).filter(is_bit) {
@@ -126,7 +128,7 @@ pub fn bit(program: &Program, name: &str) -> Option<BitSource> {
     Some(BitSource::WordBit(word, bit))
 }
 
-/// The cell of a device, as [`cell`] finds it. For a bit of a word: the cell of the word.
+/// The cell of a device, as [`cell`] finds it. For a bit of a word: the cell of the word. `None` if there is none.
 pub fn holder(program: &Program, name: &str) -> Option<Cell> {
     let of_word = || match bit(program, name)? {
         BitSource::WordBit(word, _) => Some(word),
@@ -221,7 +223,7 @@ pub fn unused_calls(program: &Program, facts: &Facts) -> Vec<Diagnostic> {
     unused.take(MAX_LISTED).map(warning).collect()
 }
 
-/// The file and line at which a routine of this name begins.
+/// The file and line at which a routine of this name begins. `None` if no label has this name.
 fn label(program: &Program, name: &str) -> Option<String> {
     let (of, name) = name.rsplit_once(':').map_or((None, name), |(of, name)| (Some(of), name));
     let found = program.instructions.iter().find(|one| {
@@ -389,7 +391,7 @@ pub fn forget_unnamed(program: &mut Program) {
     }
 }
 
-/// The cells that instructions read, write, or have among their operands.
+/// The cells that instructions read, write, or have among their operands: those that the program uses.
 struct NamedCells {
     cells: BTreeSet<Cell>,
     /// Ranges of cells by their first cell. Each value is the largest end of this range and all ranges before it.

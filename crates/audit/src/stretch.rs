@@ -45,7 +45,7 @@ impl PassedTimes {
     }
 }
 
-/// A part of the program that was followed from its beginning.
+/// The times in a part of the program that was followed from its beginning. `None` stands for: no such path.
 #[derive(Debug, Clone, Default)]
 struct Part {
     /// The longest time from the beginning of the part to its first watchdog restart.
@@ -56,7 +56,7 @@ struct Part {
     out: PassedTimes,
     /// The times at the returns in the part.
     returned: PassedTimes,
-    /// The times at the places where the main routine ends within the part.
+    /// The times at the places where an END or FEND ends the main routine within the part.
     ended: PassedTimes,
     /// The times at the places where the scan ends within the part.
     stopped: PassedTimes,
@@ -65,7 +65,8 @@ struct Part {
 }
 
 impl Part {
-    /// Adds a part that begins where `from` is the state: its times are added to those since the last watchdog restart.
+    /// Adds to this part another one (a routine or a loop's iteration) that begins where `from` is the state: its times
+    /// are added to those since the last watchdog restart.
     fn enter(&mut self, from: PassedTimes, part: &Part) {
         let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
         self.head = self.head.max(longest(from.through));
@@ -83,16 +84,17 @@ impl Part {
     }
 }
 
-/// What is known about conditions at one instruction.
+/// What is known about the conditions of a rung at one instruction. A condition is `None` if it is not the same in
+/// every scan.
 struct Conditions {
-    /// The results on the stack, as far as they are known. Results below them are unknown.
+    /// The results of contacts on the stack, the newest last, as far as they are known. Results below them are unknown.
     stack: Vec<Option<bool>>,
-    /// Whether the stack has no results below these.
+    /// Whether the stack has no results below those in `stack`.
     is_whole: bool,
     slots: BTreeMap<u32, Option<bool>>,
     /// The open master control regions: the level of each, and whether it is certainly on.
     masters: Vec<(u32, Option<bool>)>,
-    /// Whether all master control regions around the instruction are certainly on.
+    /// Whether all master control regions around the part that is followed are certainly on. `None` if unknown.
     around: Option<bool>,
     /// Bits that are known to be on.
     on: Vec<Cell>,
@@ -114,7 +116,8 @@ impl Conditions {
         step.fires().map_or(Some(true), |logic| truth(logic, condition, &self.on))
     }
 
-    /// Updates the conditions for a step after which the next instruction follows. Returns false for other steps.
+    /// Updates the conditions for a step after which the next instruction follows. Returns false, and changes nothing,
+    /// for steps that may continue elsewhere.
     fn follow(&mut self, step: &Step, fires: Option<bool>) -> bool {
         match step {
             Step::Logic { join: Join::Start, .. } => {
@@ -180,19 +183,20 @@ fn or(a: Option<bool>, b: Option<bool>) -> Option<bool> {
     and(a.map(|a| !a), b.map(|b| !b)).map(|neither| !neither)
 }
 
-/// The traversal of a program that measures times between watchdog restarts.
+/// The state while a program is followed to measure the times between watchdog restarts.
 struct Walk<'p> {
     program: &'p Program,
     times: &'p [Times],
     /// The routines that were followed, by their first instruction.
     routines: BTreeMap<usize, Part>,
-    /// Whether an instruction that restarts the watchdog begins a new part. Otherwise such instructions have no effect.
+    /// Whether an instruction that restarts the watchdog begins a new measurement. Otherwise such instructions have no
+    /// effect.
     restarts: bool,
 }
 
-/// The longest time in a scan without a restart of the watchdog, as an upper bound. `around` is the time outside of the
-/// program, between the end of a scan and the beginning of the next. `times` are the largest of each instruction.
-/// `None` if nothing in the program restarts the watchdog.
+/// An upper bound on the longest time without a restart of the watchdog. `around` is the time outside of the program,
+/// between the end of a scan and the beginning of the next. `times` are the largest of each instruction. All interrupts
+/// of a scan are included. `None` if nothing in the program restarts the watchdog.
 pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
     if program.scan_control.restarts.is_empty() {
         return None;
@@ -215,7 +219,7 @@ pub fn upper(program: &Program, times: &[Times], around: Picos) -> Option<Picos>
     Some(stretch + interrupts(program, times))
 }
 
-/// The longest total time of all interrupts in a scan.
+/// An upper bound on the time of all interrupts in one scan together.
 pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
     let mut walk = Walk { program, times, routines: BTreeMap::new(), restarts: false };
     let mut all = 0_u128;
@@ -229,8 +233,9 @@ pub fn interrupts(program: &Program, times: &[Times]) -> Picos {
     Picos(u64::try_from(all).unwrap_or(u64::MAX / 2))
 }
 
-/// By how much these instructions certainly extend the watchdog's time in every scan before it runs out. Only those
-/// count that precede any jump or call and are executed in time. `around` is the time outside of the program.
+/// By how much these instructions (`extensions`: each with the least and the largest time that it adds) certainly
+/// extend the watchdog's time in every scan before it runs out. Only those count that precede any jump or call and are
+/// executed in time. `default` is the watchdog time without them, and `around` the time outside of the program.
 pub fn certain_extension(
     program: &Program,
     times: &[Times],
@@ -249,8 +254,8 @@ pub fn certain_extension(
     longer
 }
 
-/// The longest time of the first scan until it has certainly set and restarted the watchdog, if that precedes any jump
-/// or call. `around` is the time outside of the program.
+/// The longest time of the first scan until it has certainly set and then restarted the watchdog. `None` if it does not
+/// do so before any jump or call. `around` is the time outside of the program.
 pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Picos> {
     let control = &program.scan_control;
     let (mut is_set, mut found) = (false, None);
@@ -302,8 +307,8 @@ fn follow_beginning(
 }
 
 impl Walk<'_> {
-    /// Follows the instructions of a range. It begins with an empty stack if it `is_whole`. `around` says whether the
-    /// surrounding master control regions are on.
+    /// Follows the instructions of a range. `is_whole`: it begins with an empty stack, as a program or routine does.
+    /// `around` says whether the surrounding master control regions are on.
     fn part(&mut self, range: Range<usize>, around: Option<bool>, is_whole: bool) -> Part {
         let program = self.program;
         let mut part = Part::default();
@@ -387,7 +392,8 @@ impl Walk<'_> {
         part
     }
 
-    /// Follows a loop summary or a summarised routine.
+    /// Follows a loop summary or a summarised routine from the times `here`, and returns the times after it. Its jumps
+    /// are added to `pending`.
     fn summary(
         &mut self,
         part: &mut Part,
@@ -440,7 +446,8 @@ impl Walk<'_> {
     }
 }
 
-/// The times of a loop that makes between `least` and `most` iterations, computed from the times of one iteration.
+/// The times after a loop that makes between `least` and `most` iterations, computed from the times of one iteration
+/// (`turn`). Jumps out of the loop are added to `pending`.
 fn around_loop(
     part: &mut Part,
     pending: &mut BTreeMap<usize, PassedTimes>,
@@ -474,7 +481,8 @@ fn around_loop(
     if least == 0 { here.join(behind) } else { behind }
 }
 
-/// The value of a condition if it is the same in every scan in which these bits are on.
+/// The value of an expression if it is the same in every scan in which the bits `on` are on, otherwise `None`.
+/// `condition` is the value of the rung's condition.
 fn truth(logic: &Logic, condition: Option<bool>, on: &[Cell]) -> Option<bool> {
     let all = |parts: &[Logic]| {
         let values = parts.iter().map(|one| truth(one, condition, on));

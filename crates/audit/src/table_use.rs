@@ -8,15 +8,15 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The program that was bounded, and its prices.
+/// The prices of a program and its bound, from which it follows how the bound depends on the table.
 pub struct TableParts<'a> {
     pub prices: &'a Prices,
     pub bound: &'a Bound,
 }
 
 impl TableParts<'_> {
-    /// How the bound depends on the table. `costs` are the instructions' times in the worst scan found, `shares` their
-    /// parts of the bound, `groups` the groups' upper bounds.
+    /// How the bound depends on the table. `costs` are the instructions' times in the longest scan found, `shares`
+    /// their parts of the bound, `groups` the groups' upper bounds.
     pub fn table_use(
         &self,
         table: &Table,
@@ -48,8 +48,8 @@ impl TableParts<'_> {
         }
     }
 
-    /// The assumed times of instructions, by the table's row. For a class row: by the name of the row that the
-    /// instruction itself would have.
+    /// The assumed times of instructions, one entry for each row of the table. For a class row, one entry for each name
+    /// under which the table could have a row for the instruction itself.
     fn assumed_instructions(
         &self,
         costs: &[(usize, Picos)],

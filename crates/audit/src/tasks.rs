@@ -7,8 +7,8 @@ use super::requested::TaskUse;
 use scanbound_base::time::Picos;
 use scanbound_ir::Task;
 
-/// Adds each task of the project, audited separately, if there are several. Each audit may use the whole time limit.
-/// Nothing is added if only a limit is to be decided.
+/// Adds to an audit each task of the project, audited separately, if there are several. Each audit may use the whole
+/// time limit. Nothing is added if only a limit is to be decided.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in one of these audits.
@@ -65,8 +65,9 @@ fn bounds_of(audit: &super::Audit) -> (Option<Picos>, Picos) {
     (audit.unbounded.is_empty().then_some(audit.bound.upper), audit.possible())
 }
 
-/// The longest time from a task's due time to its end. It is valid only if the tasks that run first are due no earlier
-/// than their intervals say, and end before they are due again. So their response times are computed, too.
+/// The longest time from a task's due time to its end. `Err` has the reason if there is none. The time is valid only if
+/// the tasks that run first are due no earlier than their intervals say, and end before they are due again. So their
+/// response times are computed, too.
 fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Result<Picos, String> {
     let response = by_intervals(all, bounds, at)?;
     let mut before = vec![at];
@@ -88,8 +89,9 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
     Ok(response)
 }
 
-/// The time of a task together with each task that may run first, as often as that is due in this time. `bounds` holds
-/// for each task its bound, and its time when it runs first.
+/// The bound of a task plus the times of all tasks that may run first, each as often as it is due in this time.
+/// `bounds` holds for each task its bound, and its time when it runs first. `Err` if there is no such time up to the
+/// task's interval, or up to a day.
 fn by_intervals(
     all: &[Task],
     bounds: &[(Option<Picos>, Picos)],

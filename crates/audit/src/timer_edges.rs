@@ -25,7 +25,8 @@ const MAX_PAIRS: usize = 4_000;
 /// The model without scans in which a running timer and an edge contradict each other. `None` if nothing is excluded.
 /// The exclusions are recorded in the program.
 ///
-/// When a program begins to run, no timer was running, so all exclusions hold at first.
+/// The exclusions are proved by induction over scans. When a program begins to run, no timer was running, so all of
+/// them hold at first.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,
@@ -67,7 +68,8 @@ pub fn exclude(
     (!preserved.is_empty()).then_some(model)
 }
 
-/// The cells with the state of timers, and those with the memory of edges, whose start values the model reads.
+/// The internal cells whose start values the model reads: first those that hold whether a timer is running, then the
+/// others, which hold an edge's last condition. Cells that others may write are left out.
 fn memory_cells(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     let expiries = program.timekeeping.expiries.values();
     let running: BTreeSet<Cell> = expiries.map(|one| one.memory).collect();
@@ -91,7 +93,7 @@ fn memory_cells(program: &Program, model: &ScanModel) -> [Vec<Cell>; 2] {
     [timers, edges]
 }
 
-/// The literals of the bits at the start of the scan.
+/// For each cell, the literal of its value when the scan starts.
 fn starts(model: &mut ScanModel, cells: &[Cell]) -> Vec<Lit> {
     let variables = model.variables.iter().zip(0..).filter_map(|(one, at)| match one.origin {
         Origin::Start(cell) => Some((cell, VarId(at))),

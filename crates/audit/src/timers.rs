@@ -17,8 +17,8 @@ use std::collections::BTreeMap;
 /// The largest set value of a timer, in binary and in decimal.
 const MAX_SET_VALUE: [u64; 2] = [32_767, 9_999];
 
-/// Records in the program how many units of time a scan can take at most, if that is known before the scan is followed:
-/// from the sum of all instructions that can run.
+/// Records in the program how many units of time a scan can take at most, for each timer, if that is known before the
+/// scan is followed: from the sum of all instructions that can run.
 pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
     if unresolved_timers(program).is_empty() {
         return;
@@ -34,7 +34,8 @@ pub fn resolve_by_sum(program: &mut Program, prices: &Prices) {
     }
 }
 
-/// As [`resolve_by_sum`], but from the longest scan of this model. Returns whether something was recorded.
+/// As [`resolve_by_sum`], but from the sum of the larger times of this model's charges. Returns whether something was
+/// recorded.
 pub fn resolve(program: &mut Program, prices: &Prices, model: &ScanModel) -> bool {
     let open = unresolved_timers(program);
     if open.is_empty() {
@@ -127,7 +128,8 @@ fn unresolved_timers(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
     found
 }
 
-/// An upper bound on a scan in which each unknown value is the worst possible one. `None` if a worst value is unknown.
+/// An upper bound on the scan: every instruction at its larger time, with the overhead and all points that the CPU can
+/// have. `None` if the scan may take longer than that, because a fact is not stated or a loop has no bound.
 fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });
@@ -142,7 +144,8 @@ fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Pico
     others.iter().try_fold(largest, |sum, time| sum.checked_add(time.0)).map(Picos)
 }
 
-/// The regions that instructions other than those of a timer write, and that contain present values of timers.
+/// The regions that others than the timer itself may write, in the areas of timers' present values: other instructions,
+/// unless they only reset the present value to 0, and external writers.
 struct Others(RegionSet);
 
 impl Others {

@@ -1,4 +1,4 @@
-//! Loops without a bound: which of them are reachable, each proved by a replayed scan.
+//! Loops without a bound: which of them a scan can reach, each shown by a replayed scan.
 
 use super::LoopUse;
 use scanbound_base::time::{Picos, Times};
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 /// The search ends when it has found this many loops: a single one is enough to leave a scan without a bound.
 const MAX_FOUND: usize = 10;
 
-/// The loops without a bound.
+/// The loops without a bound, by whether a scan can reach them. Loops that no scan reaches are in neither list.
 pub struct Loops {
     /// The unbounded loops that a scan can reach.
     pub found: Vec<LoopUse>,
@@ -20,7 +20,8 @@ pub struct Loops {
     pub open: Vec<LoopUse>,
 }
 
-/// Searches the loops of the model for those that a scan can reach, until no other can be reached.
+/// Searches the unbounded loops of the model for those that a scan can reach, until no other can be reached, ten are
+/// found, or the limits end the search.
 ///
 /// # Errors
 /// If the interpreter does not reach a loop that the analysis says is reachable.
@@ -87,7 +88,7 @@ pub fn loops(
     Ok(known)
 }
 
-/// All loops of the program that have no bound, as undecided ones.
+/// All unbounded loops of the program, for a structural bound, with which it is not asked whether a scan reaches them.
 pub fn unasked(program: &Program) -> Vec<LoopUse> {
     let steps = program.instructions.iter().enumerate();
     let endless = steps.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));

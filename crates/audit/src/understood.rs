@@ -15,19 +15,19 @@ use std::collections::BTreeSet;
 /// The largest number of wrong facts of one kind that are reported.
 const MAX_LISTED: usize = 100;
 
-/// A decoded program and its timing table.
+/// The program as the front lowered it, with the stated facts, and its timing table.
 #[derive(Clone)]
 pub struct Understood {
     pub program: Program,
     pub table: Table,
-    /// What the user can state about this PLC.
+    /// Which facts and options the user can state for this PLC, such as its clock.
     pub machine: MachineOptions,
-    /// The warnings.
+    /// The warnings from reading the files and applying the facts.
     pub warnings: Vec<Diagnostic>,
 }
 
 impl Understood {
-    /// Reads the files, and checks stated interrupts and words against the program.
+    /// Reads the files, lowers them to a program, chooses the timing table and applies the stated facts.
     pub fn of(request: &Request<'_>, budget: &Budget<'_>) -> Result<Understood, Failure> {
         (request.progress)(Progress::Stage("reading"));
         let project = request.fronts.read(request.inputs, request.dialect, request.reading)?;
@@ -47,7 +47,8 @@ impl Understood {
         Ok(Understood { program, table, machine, warnings })
     }
 
-    /// The same program with another table of the same family.
+    /// The same program with another table of the same CPU family, to which the user's times, factor and clock are
+    /// applied.
     #[must_use]
     pub fn with_table(&self, table: Table, request: &Request<'_>) -> Understood {
         let table = fitted(amended(table, request), &self.program, request);
@@ -55,7 +56,8 @@ impl Understood {
     }
 }
 
-/// Applies the user's facts to a program. Returns warnings.
+/// Applies the user's facts to a program: ranges, counts, indices, exclusive bits and who else writes devices. Returns
+/// warnings of facts without effect.
 ///
 /// # Errors
 /// All facts that do not fit the program.
@@ -82,7 +84,8 @@ pub fn state(
     Ok(stated::useless_internal(program, facts, request.trusted()))
 }
 
-/// Decodes the source into a program, and chooses its timing table.
+/// Lowers the source to a program, and chooses its timing table. Refuses facts and options that do not exist for this
+/// PLC.
 fn understand(
     project: &dyn Project,
     request: &Request<'_>,
@@ -147,7 +150,8 @@ fn knows_task(program: &Program, request: &Request<'_>) -> Result<(), Failure> {
     Err(Failure::from(Diagnostic::file(Code::UnknownName, file, message, help)))
 }
 
-/// A timing table fitted to a program's memory areas and to the stated clock.
+/// The timing table with the stated clock, and with one time for the areas that are aliases of each other in this
+/// program.
 pub fn fitted(mut table: Table, program: &Program, request: &Request<'_>) -> Table {
     request.clock.into_iter().for_each(|clock| table.set_clock(clock));
     for area in program.areas.iter().filter(|area| !area.aliases.is_empty()) {
@@ -228,7 +232,8 @@ pub fn choose_table(request: &Request<'_>, source_cpu: Option<&str>) -> Result<T
     Ok(amended(table, request))
 }
 
-/// The table with the times that the user gave.
+/// The table with the times and the factor that the user stated. With `--strict-times`, without assumed numbers of
+/// points.
 fn amended(mut table: Table, request: &Request<'_>) -> Table {
     if request.strict_times {
         table.refuse_assumed_points();

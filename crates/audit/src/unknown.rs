@@ -12,22 +12,22 @@ use std::sync::Arc;
 /// A word is listed if its iterations or units take at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// A number whose range is known is listed if it may still be this large.
+/// A number of iterations or units whose range is known is listed only if it may still be this large.
 const WIDE: i64 = 1000;
 
-/// The end of the range that is offered for an index.
+/// The largest value of the range that a suggested line states for an index.
 pub(super) const INDEX: i64 = 99;
 
 /// The largest number of words that are named as the origin of an index.
 const MAX_ORIGINS: usize = 4;
 
-/// A value about which nothing, or little, is known.
+/// A value on which the bound depends, about which nothing or little is known, and which the user can state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
     /// The word that holds the unknown value, as written in the source.
     pub word: Arc<str>,
-    /// The places where it matters with the instructions there, the longest time first or in the order of the scan. At
-    /// least one.
+    /// The places where it matters, with the instructions there. For a count: the longest time first; for others: in
+    /// the order of the scan. At least one.
     pub places: Vec<(Location, Arc<str>)>,
     /// What the value is used for.
     pub kind: UnknownKind,
@@ -42,12 +42,12 @@ pub struct Unknown {
 pub enum UnknownKind {
     /// A number of iterations or units.
     Count(Counts),
-    /// An index that selects where a write goes: any device of the area is assumed. The words are those whose start
-    /// values it may be.
+    /// The index of a write: the write is assumed to change any device of its area. The words are those whose values at
+    /// the start of the scan the index may be.
     Index(Vec<String>),
-    /// The number of bits of an index.
+    /// Whether an index to file registers has 16 or 32 bits: a parameter of the CPU.
     IndexBits,
-    /// The devices that an indirect address may select.
+    /// The devices that the program writes through indirect addresses (`@`): any are assumed.
     Indirect,
 }
 
@@ -81,7 +81,8 @@ impl Unknown {
         }
     }
 
-    /// The words whose start values an index may have, as a text. Empty if nothing is known of that.
+    /// The words whose start values an index may have, as the end of a sentence. Empty if they are unknown, or the
+    /// value is not an index.
     #[must_use]
     pub fn origin(&self) -> String {
         match &self.kind {
@@ -94,12 +95,12 @@ impl Unknown {
         }
     }
 
-    /// Whether a smaller value lowers the bound: the value is a number.
+    /// Whether the value is a number of iterations or units, or an index, so that a limit can be stated for it.
     pub(super) fn is_number(&self) -> bool {
         matches!(self.kind, UnknownKind::Count(_) | UnknownKind::Index(_))
     }
 
-    /// The line for the facts file that limits the value to `most`.
+    /// The line for the facts file that limits the value to `most`. If the value is not a number: the suggested line.
     pub(super) fn stated(&self, most: u32) -> String {
         match self.is_number() {
             true => format!("{:?} = [0, {most}]", self.key),
@@ -107,7 +108,8 @@ impl Unknown {
         }
     }
 
-    /// Adds the limit `most` to the facts, if the value is a number.
+    /// Adds to the facts that the value is at most `most`, if it is a number. For the bits of an index: 16 is stated.
+    /// For indirect addresses, nothing.
     pub(super) fn state(&self, facts: &mut Facts, most: u32) {
         let range = (0, i64::from(most));
         match self.kind {
@@ -128,8 +130,8 @@ struct CountAtPlace {
 }
 
 impl Unknown {
-    /// The unknown numbers of iterations and units on which a bound depends, the longest time first. `times` is
-    /// parallel to the program's instructions.
+    /// The unknown numbers of iterations and units on which a bound depends, the longest time first. Those that take
+    /// less than a thousandth of the bound `upper` are left out. `times` is parallel to the program's instructions.
     pub(super) fn counted(program: &Program, times: &[Times], upper: Picos) -> Vec<Unknown> {
         let mut costs = Costs { program, times, routines: BTreeMap::new() };
         let unknown = program.approximations.iter().filter_map(|one| match &one.what {
@@ -193,7 +195,8 @@ impl Unknown {
     }
 }
 
-/// The word from which an instruction reads its number of iterations or units.
+/// The name of the word from which an instruction reads its number of iterations or units, or the instruction's last
+/// operand if no cell holds the number. `None` if the number is constant or the instruction has none.
 pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     let instruction = &program.instructions[at];
     let count = match &instruction.step {
@@ -215,7 +218,8 @@ pub(super) fn word(program: &Program, at: usize) -> Option<Arc<str>> {
     }
 }
 
-/// The key for a place of the program in a facts file.
+/// The key for a place of the program in a facts file: `FILE:LINE`, with the file's directory only if two files have
+/// the same name.
 pub(super) fn key(program: &Program, at: Location) -> String {
     let whole = |index: usize| program.files.get(index).map_or("", |file| file.name.as_str());
     let last = |name: &'_ str| name.rsplit(['/', '\\']).next().map_or(0, str::len);
@@ -237,7 +241,8 @@ struct Costs<'a> {
 }
 
 impl Costs<'_> {
-    /// The largest number of iterations or units of an instruction, and the time of that many.
+    /// The largest number of iterations or units of an instruction, and the time of that many. `most` is the number for
+    /// instructions that have neither. `None` for a summary without a number of iterations.
     fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
         match &self.program.instructions[at].step {
             Step::ForBegin { most, end, .. } => {
@@ -274,7 +279,7 @@ impl Costs<'_> {
         self.times[at].with(units).max(self.times[at].off)
     }
 
-    /// The time of a routine up to its return.
+    /// The time of a routine from its first instruction to the first return after it. 0 in a recursive call.
     fn routine(&mut self, entry: usize) -> Picos {
         if let Some(&known) = self.routines.get(&entry) {
             return known;

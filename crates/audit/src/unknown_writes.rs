@@ -10,8 +10,8 @@ use std::sync::Arc;
 /// The largest number of places that a report names.
 const MAX_PLACES: usize = 20;
 
-/// The unknown targets of writes on which something depends, in the order of the scan. Those that depend only on values
-/// that others may have written are left out: they are known once these are. `machine` says whether the CPU has
+/// The unknown targets of writes on which the bound depends, in the order of the scan. Targets that depend only on
+/// values that others may have written are left out: they are known once these are. `machine` says whether the CPU has
 /// parameters for indices and indirect addresses.
 pub(super) fn all(
     program: &Program,
@@ -70,7 +70,7 @@ pub(super) fn all(
     found
 }
 
-/// The name of the word that is the index of the write.
+/// The name of the word that is the index of the write, or the instruction's text if no cell is.
 fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
     let readings = program.indexed.get(&far.choice).map(|indexed| &indexed.indices[..]);
     let cells = readings.unwrap_or_default().iter().flatten().filter_map(|word| match word {

@@ -6,7 +6,7 @@ use std::cmp::Reverse;
 use std::fmt;
 use std::str::FromStr;
 
-/// A safety margin in millionths, which is added to a time before it is compared with the limit.
+/// A safety margin in millionths of a time, which is added to the time before it is compared with the limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Margin(u32);
 
@@ -62,7 +62,7 @@ impl fmt::Display for Margin {
     }
 }
 
-/// The largest permitted share of assumed times in a bound.
+/// The largest permitted share of assumed times in the time that decides a check (`--max-assumed`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MostAssumed(Margin);
 
@@ -84,11 +84,11 @@ impl fmt::Display for MostAssumed {
 /// How much of the time that decides a check is assumed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Assumed {
-    /// The assumed part of the time. All that the search left open is included.
+    /// The assumed part of the time. For a bound, all that the search left open is included.
     pub time: Picos,
-    /// The time of which a part is assumed.
+    /// The time that decides the check, of which a part is assumed.
     pub of: Picos,
-    /// Whether the assumed part may be less than `time`.
+    /// Whether the assumed part may be less than `time`, because the search left something open.
     pub at_most: bool,
 }
 
@@ -103,7 +103,7 @@ impl Assumed {
         Assumed { time, of: audit.upper_with_all_points(), at_most }
     }
 
-    /// The assumed part of the longest scan found.
+    /// The assumed part of the longest scan found, without refresh that may not occur.
     fn of_lower(audit: &Audit) -> Assumed {
         let of = audit.lower_without_points();
         // The clock's tolerance, and refresh that may not occur, are not part of it.
@@ -143,7 +143,7 @@ impl Assumed {
 /// The verdict of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// No scan exceeds the limit.
+    /// No scan with the margin exceeds the limit.
     Proved,
     /// A replayed scan exceeds the limit, or never ends.
     Refuted,
@@ -198,7 +198,7 @@ pub struct Check {
     /// The longest time found, without the margin. If points are not stated, the refresh time of points is not
     /// included.
     pub took: Picos,
-    /// Whether a run from power-up to the scan that refutes was found.
+    /// Whether a run from power-up to the scan that takes `took` was found.
     pub is_reached: bool,
     /// The margin that is added before the comparison.
     pub margin: Margin,
@@ -216,8 +216,8 @@ pub struct Check {
 }
 
 impl Check {
-    /// Checks an audit against a limit. If the bound may be too low, the limit is not proved. Times that may not occur
-    /// do not refute it.
+    /// Checks an audit against a limit on the scan time, including the wait for the constant scan time. If the bound
+    /// may be too low, the limit is not proved. Times that may not occur do not refute it.
     ///
     /// # Examples
     /// ```
@@ -249,7 +249,7 @@ impl Check {
     }
 
     /// Checks an audit against the watchdog: the longest time between two restarts against the watchdog time. `None` if
-    /// the watchdog time is unknown.
+    /// neither the CPU's default nor any time that the program sets is known.
     #[must_use]
     pub fn of_watchdog(audit: &Audit, margin: Margin) -> Option<Check> {
         let watchdog = &audit.watchdog;
@@ -375,7 +375,8 @@ impl Check {
         }
     }
 
-    /// The same check, but a scan refutes the limit only if a run from power-up to that scan was found.
+    /// The same check, but a scan refutes the limit only if a run from power-up to that scan was found. An endless loop
+    /// refutes it in any case.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && !audit.is_endless() && !self.is_reached {
@@ -385,8 +386,8 @@ impl Check {
         self
     }
 
-    /// The same check, which is undecided if more than this share of the deciding time is assumed. An endless loop does
-    /// not depend on times.
+    /// The same check, but undecided if more than the share `most` of the deciding time is assumed. An endless loop
+    /// refutes the limit in any case, because it does not depend on times.
     #[must_use]
     pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
         self.most_assumed = Some(most);
@@ -407,10 +408,11 @@ impl Check {
     }
 }
 
-/// The largest number of assumed times that a reason names.
+/// The largest number of assumed times that [`Reason::Assumed`] names.
 const MAX_NAMED: usize = 6;
 
-/// Why a limit between the lower and the upper bound is neither proved nor refuted, and what to do.
+/// As [`Check::open`], for a limit on the execution time of the scan. Empty if the possible scan exceeds the limit and
+/// no points are unstated.
 fn open(audit: &Audit, limit: Picos, margin: Margin) -> Vec<Reason> {
     let seen = audit.points.iter().map(|points| (points.taken, points.side)).collect();
     let sides = audit.points.iter().map(|points| points.side).collect();

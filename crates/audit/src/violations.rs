@@ -1,4 +1,4 @@
-//! Stated facts about the start of a scan that do not hold at the end of a real run.
+//! Stated facts about the start of a scan that are not true at the end of a real run.
 
 use scanbound_ir::{BitSource, Effect, Logic, Number, Program, Region, WordSource, Write, flow};
 use scanbound_replay::RealRun;
@@ -15,8 +15,9 @@ pub struct Violations {
 }
 
 impl Violations {
-    /// Records what a run violates. A violation by a constant that the program writes is preferred to one by a computed
-    /// value. `scan` is the run's number since power-up if the violation occurs there for any values from outside.
+    /// Records what a run violates, if the run is possible. Of a range, a violation by a constant that the program
+    /// writes is kept; one by a computed value is replaced by later ones. `scan` is the run's number since power-up if
+    /// the violation occurs there for any values from outside.
     pub fn note(&mut self, program: &Program, one: &RealRun, scan: Option<usize>) {
         if !one.is_possible() {
             return;
@@ -63,7 +64,7 @@ impl Violations {
 pub struct RangeViolation {
     /// The value at the end of the scan, outside the range.
     pub value: i64,
-    /// The last instruction that wrote the value.
+    /// The index of the last instruction that wrote the word.
     pub by: usize,
     /// The number of the scan since power-up that ends with this value for any values from outside. `None` if no such
     /// scan is known.
@@ -73,13 +74,13 @@ pub struct RangeViolation {
 /// Two bits that are stated to be mutually exclusive and are both on at the end of a real run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExclusionViolation {
-    /// The last instructions that wrote the bits.
+    /// The indices of the last instructions that wrote the bits, ascending.
     pub by: Vec<usize>,
-    /// The number of the scan after power-up, as in [`RangeViolation`].
+    /// The number of the scan since power-up that ends so for any values from outside. `None` if no such scan is known.
     pub scan: Option<usize>,
 }
 
-/// The last instruction of a run that wrote a region for which `asked` is true.
+/// The last instruction of a run that fired and writes a region for which `asked` is true. `None` if there is none.
 fn last_to_write(
     program: &Program,
     one: &RealRun,
@@ -90,7 +91,7 @@ fn last_to_write(
     events.find(|event| event.fired && writes(event.instruction)).map(|event| event.instruction)
 }
 
-/// The bits that the invariant states to be mutually exclusive.
+/// The bits that occur in an invariant that states that they are mutually exclusive.
 pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     match invariant {
         Logic::Bit(bit) => vec![*bit],
@@ -100,7 +101,7 @@ pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     }
 }
 
-/// Whether the instruction writes only constants that are in the program's text.
+/// Whether all that the instruction writes is constants to words.
 pub fn writes_constant(program: &Program, at: usize) -> bool {
     let is_constant = |effect: &Effect| match &effect.write {
         Write::Words(_, Number::Words(words)) => {

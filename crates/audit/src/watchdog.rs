@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The number of scans that are simulated to see which times they set.
 const SCANS: usize = 3;
-/// The largest number of instructions in each of these scans.
+/// The largest number of instructions that a simulated scan executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
 /// The factor by which the largest margin of a check (1000 %) multiplies a time. If a time multiplied by it is still
 /// below the watchdog's, a closer bound proves nothing more.
@@ -143,7 +143,8 @@ impl ScanControlAnalysis<'_> {
         passed.is_some_and(|passed| self.default().is_some_and(|default| passed <= default))
     }
 
-    /// The largest possible watchdog time: by default, or as set by the program.
+    /// The largest possible watchdog time: the default (`from_default`), those that the program sets (`from_settings`),
+    /// or both. `None` if it is unknown.
     fn most(&self, from_settings: bool, from_default: bool) -> Option<Picos> {
         let settings = self.program.scan_control.watchdog.values();
         let settings = settings.map(|setting| match setting.range() {
@@ -157,8 +158,8 @@ impl ScanControlAnalysis<'_> {
         Some(settings.into_iter().chain([self.default()?]).max().unwrap_or_default())
     }
 
-    /// The longest times without a watchdog restart in the longest scan found, both as the first scan and as a later
-    /// one.
+    /// The longest times without a watchdog restart in the longest scan found, as that scan is; if it is a first scan
+    /// and runs set the watchdog (`is_set`), also as a later scan.
     fn others(
         &self,
         (found, is_reached): (&RunResults, bool),
@@ -199,7 +200,8 @@ impl ScanControlAnalysis<'_> {
         }
     }
 
-    /// The longest time that certainly passes in a scan without a restart of the watchdog.
+    /// The longest time that certainly passes in these events of a scan without a restart of the watchdog. Interrupts
+    /// do not count.
     fn longest(&self, events: &[Event]) -> Picos {
         let control = &self.program.scan_control;
         let overhead = self.prices.overhead_sum().checked_sub(self.prices.uncertain_refresh());
@@ -228,7 +230,7 @@ impl ScanControlAnalysis<'_> {
         longest
     }
 
-    /// Simulates the program from power-up with all inputs off, and with all on.
+    /// Simulates the program from power-up with all inputs off, and with all on, for a few scans each.
     fn observed(&self) -> Observed {
         let mut observed = Observed::default();
         let times = self.prices.least_times();
@@ -243,7 +245,7 @@ impl ScanControlAnalysis<'_> {
         observed
     }
 
-    /// The inputs that the program reads.
+    /// The cells that the program reads and that something outside of it sets.
     fn inputs(&self, outside: &Outside<'_>) -> BTreeSet<Cell> {
         let mut found = BTreeSet::new();
         for instruction in &self.program.instructions {

@@ -5,19 +5,20 @@ use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Atom, Lit, Node, ScanModel, Values, VarKind};
 use std::collections::BTreeSet;
 
-/// The number of changed values that are tried at once, one per bit of a machine word.
+/// The number of changed values (trials) that are evaluated at once, one per bit of a machine word. Each is a lane.
 const LANES: usize = 64;
 
-/// A changed value that is tried for a variable.
+/// A value that is tried for a variable in place of the one that it has.
 struct Trial {
-    /// The variable that is tried, as an index into the list of requested variables.
+    /// The variable, as an index into the list of requested variables.
     of: usize,
     variable: usize,
     value: u16,
 }
 
-/// For each of these variables, the most time that the charges lose if only this variable has another value. A bit is
-/// inverted. For a word a few values are tried, since programs mostly compare words with 0, 1 or their sign.
+/// For each of these variables, the most time that the charges lose together if only this variable has another value; 0
+/// if they lose none. A bit is inverted. For a word a few values are tried, since programs mostly compare words with 0,
+/// 1 or their sign.
 pub fn weights(
     model: &ScanModel,
     assignment: &Assignment,
@@ -52,7 +53,8 @@ pub fn weights_of_bits(
     lost(model, assignment, charges, &trials, bits.len())
 }
 
-/// The value of a variable with one bit inverted.
+/// The value of a variable with one bit inverted. For a bit, or a comparison with a threshold: 1 if the value is 0,
+/// otherwise 0.
 pub fn turned(atom: Atom, now: u16) -> u16 {
     match atom {
         Atom::WordBit(_, bit) => now ^ 1 << bit,
@@ -162,7 +164,7 @@ impl<'a> Readers<'a> {
         }
     }
 
-    /// The charges whose time may change.
+    /// The charges that use a node whose value changed.
     fn charges_of(&self, changes: &Changes<'_>) -> Vec<usize> {
         let read = changes.any.iter().flat_map(|&node| self.charges.get(node));
         let mut places: Vec<u32> = read.copied().collect();
@@ -238,7 +240,7 @@ fn every(value: bool) -> u64 {
     if value { u64::MAX } else { 0 }
 }
 
-/// The time that the charges lose in each lane.
+/// For each lane, the time that the charges lose together; 0 if they gain.
 fn losses(model: &ScanModel, charges: &[usize], changes: &Changes<'_>, lanes: usize) -> Vec<Picos> {
     let mut more = vec![Picos::ZERO; lanes];
     let mut less = vec![Picos::ZERO; lanes];

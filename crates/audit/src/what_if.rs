@@ -1,6 +1,6 @@
-//! How much it is worth to state a count, or to trust a word: the bound is computed again with that statement, or
-//! without that trust. It is not estimated, because the bound is a maximum over several paths and does not change
-//! linearly.
+//! How much it is worth to state a count, or how much the bound rests on trusting a word: the bound is computed again
+//! with that statement, or without that trust. It is not estimated, because the bound is a maximum over several paths
+//! and does not change linearly.
 
 use super::Audit;
 use super::assumption::Assumption;
@@ -20,14 +20,15 @@ use std::collections::BTreeSet;
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "solving what if";
-/// The largest number of counts that are limited together.
+/// The largest number of unknown values that are limited together.
 const MAX_STEPS: usize = 5;
 /// The largest number of audits that measure assumptions.
 const MAX_PRICING: usize = 64;
 /// A change of the bound is listed only if it is at least the bound divided by this.
 const SMALLEST: u64 = 1000;
 
-/// Adds to an audit how much its unknown counts and its assumptions are worth.
+/// Adds to an audit how much its unknown numbers and its assumptions are worth. `most` are the limits that are tried
+/// for the numbers.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in one of these audits.
@@ -48,7 +49,8 @@ pub fn what_if(
     Ok(())
 }
 
-/// Adds to an audit what may be stated and how much that is worth.
+/// Adds to an audit how much its unknown numbers are worth, and which devices it is worth to state under `[internal]`.
+/// `most` are the limits that are tried for the numbers.
 ///
 /// # Errors
 /// If the analysis and the interpreter disagree in one of these audits.
@@ -63,8 +65,8 @@ pub fn what_if_offered(
     Ok(())
 }
 
-/// How much the unknown counts are worth. Each bound comes from a complete audit with the same settings, which may use
-/// the whole time limit.
+/// How much stating the unknown numbers is worth. Each bound comes from a complete audit with the same settings, which
+/// may use the whole time limit.
 fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<WhatIf, Failure> {
     (request.progress)(Progress::Stage(STAGE));
     let mut most = most.to_vec();
@@ -103,8 +105,8 @@ fn internal_devices(
     Ok(lower.map(|found| InternalDevices { devices, bound: found.bound }))
 }
 
-/// The bound with everything trusted, and the additional assumptions that it rests on. `None` if the difference is too
-/// small to report, or if the user chose another trust.
+/// The bound with [`Trust::All`], and the additional assumptions that it rests on. `None` if the difference is too
+/// small to report, or if the user chose another trust than [`Trust::Counts`].
 pub(super) fn trusting_all(
     audit: &Audit,
     request: &Request<'_>,
@@ -123,7 +125,8 @@ pub(super) fn trusting_all(
     Ok(Some((bounds, found.assumptions.into_iter().filter(is_new).collect())))
 }
 
-/// Whether the bound `lower` is so far below the bound `upper` that the difference is worth reporting.
+/// Whether the bound `lower` is below the bound `upper` by at least a thousandth, so that the difference is worth
+/// reporting.
 pub(super) fn matters(lower: Picos, upper: Picos) -> bool {
     upper.0 >= lower.0.saturating_add((lower.0 / SMALLEST).max(1))
 }
@@ -155,7 +158,7 @@ pub(super) struct Run {
     assumptions: Vec<Assumption>,
 }
 
-/// Audits with other facts, several in parallel. `None` for facts that contradict the program.
+/// Audits with each of these facts, several in parallel. `None` for facts that contradict the program.
 pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
     let run = |facts: &Facts| {
         let request = Request {
@@ -201,8 +204,8 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     Ok(found)
 }
 
-/// Limits the count that is named first, then the one that is named first after that, and so on: the effect of one is
-/// often hidden by the next. If a step changes next to nothing, the count with the longest time is limited next.
+/// Limits the unknown value that is named first, then the one that is named first after that, and so on: the effect of
+/// one is often hidden by the next. If a step changes next to nothing, the count with the longest time is limited next.
 fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<LimitedCount>, Failure> {
     let mut steps: Vec<LimitedCount> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
@@ -256,15 +259,14 @@ fn no_higher(
 
 /// By how much assumptions lower the bound.
 struct PricedAssumptions {
-    /// The assumptions that are worth listing, the most valuable first.
+    /// The assumptions that are worth listing, the most valuable first; then those whose effect was not computed.
     assumptions: Vec<Assumption>,
     /// The assumptions that hardly change the bound, together.
     minor: Option<Minor>,
 }
 
-/// The assumptions that are worth listing, the most valuable first, and the others together. Many are removed at once.
-/// If that changes the bound, each half of them is tried, and so on. This works because removing assumptions never
-/// lowers the bound.
+/// Finds how much each assumption lowers the bound `upper`. Many are removed at once. If that changes the bound, each
+/// half of them is tried, and so on. This works because removing assumptions never lowers the bound.
 fn priced(
     mut all: Vec<Assumption>,
     program: &Program,

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 /// Why a stage stopped early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// The time limit was reached.
+    /// The time limit, of this length, was reached.
     TimeLimit(Duration),
     /// The user cancelled the audit.
     Cancelled,
@@ -25,11 +25,11 @@ impl fmt::Display for StopReason {
 /// Records that a stage stopped early.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EarlyStop {
-    /// Why the stage stopped.
+    /// Why the stage stopped early.
     pub reason: StopReason,
     /// The stage, by its name in progress messages.
     pub stage: &'static str,
-    /// What the stage did not finish, one sentence.
+    /// What the stage did not finish, as one sentence for the report.
     pub unfinished: String,
 }
 
@@ -44,7 +44,8 @@ pub struct Budget<'a> {
 }
 
 impl<'a> Budget<'a> {
-    /// A time budget of `limit` that starts at `start`. `cuts` are the stages that already stopped early.
+    /// A time budget of `limit` that starts at `start`; `None`: no limit. If `cancelled` returns true, stages stop as
+    /// at the limit. `cuts` are the records of stages that already stopped early.
     pub fn new(
         start: Instant,
         limit: Option<Duration>,
@@ -60,7 +61,7 @@ impl<'a> Budget<'a> {
         self.limit.and_then(|limit| self.start.checked_add(limit))
     }
 
-    /// The reason to stop now, if there is one.
+    /// The reason to stop now. `None`: the stage may continue.
     #[must_use]
     pub fn stop_reason(&self) -> Option<StopReason> {
         if (self.cancelled)() {
@@ -77,18 +78,20 @@ impl<'a> Budget<'a> {
     }
 
     /// Whether an optional stage must stop, to leave the rest of the time to others: true once 1/`parts` of the time
-    /// limit has passed.
+    /// limit has passed, or if the user cancelled the audit.
     #[must_use]
     pub fn must_stop_at_part(&self, parts: u32) -> bool {
         (self.cancelled)() || self.limit.is_some_and(|limit| self.start.elapsed() >= limit / parts)
     }
 
-    /// If there is a reason to stop, records that this stage stopped early and what it did not finish.
+    /// Records that this stage stopped early and what it did not finish (`open`), if there is a reason to stop;
+    /// otherwise does nothing.
     pub fn record_stop(&self, stage: &'static str, open: impl Into<String>) {
         self.record_stop_at_part(1, stage, open);
     }
 
-    /// Like [`Budget::record_stop`], for a stage that may use at most 1/`parts` of the time limit.
+    /// Like [`Budget::record_stop`], for a stage that may use at most 1/`parts` of the time limit: it counts as stopped
+    /// once that time has passed.
     pub fn record_stop_at_part(&self, parts: u32, stage: &'static str, open: impl Into<String>) {
         let by = match self.limit {
             _ if (self.cancelled)() => StopReason::Cancelled,

@@ -6,7 +6,7 @@ use std::fmt;
 /// Defines the codes from one list: for each, a one-line summary and the name.
 macro_rules! codes {
     ($(#[doc = $summary:literal] $code:ident = $name:literal,)*) => {
-        /// The code of a finding.
+        /// The stable name of one type of finding.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum Code {
             $(#[doc = $summary] $code,)*

@@ -22,7 +22,8 @@ pub const UNITS: [Unit; 5] = [
 ];
 
 impl Unit {
-    /// Finds a unit by its abbreviation or another usual spelling of it (`usec`, `sec`).
+    /// Finds a unit by its abbreviation or another usual spelling of it (`usec`, `sec`). `None` if there is no such
+    /// unit.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Unit> {
         let name = match name.trim() {
@@ -35,7 +36,8 @@ impl Unit {
         UNITS.into_iter().find(|unit| unit.name == name)
     }
 
-    /// The unit that a column heading names after its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`.
+    /// The unit that a column heading names after its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`. `None` if it
+    /// names none.
     #[must_use]
     pub fn of_heading(head: &str) -> Option<Unit> {
         let head = head.trim().trim_end_matches([']', ')']);
@@ -101,7 +103,8 @@ impl fmt::Display for Unit {
     }
 }
 
-/// The byte range of cell number `number` (from 0) in a line, without surrounding blanks and quotation marks.
+/// The byte range of cell number `number` (from 0) in a line of a CSV file, without surrounding blanks and quotation
+/// marks. `None` if the line has fewer cells.
 #[must_use]
 pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     let (mut quoted, mut begin, mut seen) = (false, 0, 0);
@@ -122,8 +125,8 @@ pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     None
 }
 
-/// The line number at which a record begins. The CSV reader counts blank lines and comments before a record as part of
-/// it; this function skips them.
+/// The line number, from 1, at which a CSV record begins. `at` is the position that the CSV reader gives, which counts
+/// blank lines and comments before a record as part of it; this function skips them. Without a position: 1.
 #[must_use]
 pub fn line_of(bytes: &[u8], at: Option<&csv::Position>, comment: u8) -> u32 {
     let Some(at) = at else { return 1 };

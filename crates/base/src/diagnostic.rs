@@ -26,7 +26,7 @@ pub struct Diagnostic {
     pub step: Option<u32>,
     /// The source text of the line, or the part of it that matters.
     pub text: String,
-    /// The byte range within `text` that is wrong.
+    /// The byte range within `text` that is wrong. `None`: no part is marked.
     pub span: Option<(usize, usize)>,
     /// What is wrong: one sentence without a full stop.
     pub message: String,
@@ -48,7 +48,8 @@ fn in_short(message: String) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Shortens a text to at most `most` bytes, at a character boundary.
+/// Shortens a text to at most `most` bytes, at a character boundary, and adds an ellipsis. A shorter text stays as it
+/// is.
 fn cut(mut text: String, most: usize) -> String {
     if text.len() > most {
         let end = (0..=most).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
@@ -59,7 +60,8 @@ fn cut(mut text: String, most: usize) -> String {
 }
 
 impl Diagnostic {
-    /// Creates an error about a whole file.
+    /// Creates an error about a whole file. An empty name: it is about no file, but for example about an option. Very
+    /// long words of the message and the help are cut.
     pub fn file(
         code: Code,
         file: &str,
@@ -79,7 +81,8 @@ impl Diagnostic {
         }
     }
 
-    /// Creates an error at a line; `text` is the source text of the line.
+    /// Creates an error at a line, counted from 1; `text` is the source text of the line, which is cut if it is very
+    /// long.
     pub fn line(
         code: Code,
         file: &str,
@@ -102,7 +105,8 @@ impl Diagnostic {
         self
     }
 
-    /// Marks the first occurrence of `part` in the text as wrong. Without an occurrence, nothing changes.
+    /// Marks the first occurrence of `part` in the text as wrong, in place of an earlier mark. If it does not occur or
+    /// is empty, no part is marked.
     #[must_use]
     pub fn mark(mut self, part: &str) -> Self {
         self.span =
@@ -117,7 +121,7 @@ impl Diagnostic {
         self
     }
 
-    /// Place, message and help in one line.
+    /// The file, line, message and help in one line of text.
     #[must_use]
     pub fn brief(&self) -> String {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));

@@ -20,51 +20,59 @@ pub use reader::TABLES;
 pub struct Facts {
     /// The name and the SHA-256 of the facts file; `None` if the facts come from elsewhere.
     pub read_from: Option<(String, String)>,
-    /// By device as written (`D100`): the least and the largest value of the device at the start of a scan, signed.
+    /// Ranges of words, by device as written (`D100`): the least and the largest value of the device at the start of a
+    /// scan, signed.
     pub ranges: BTreeMap<String, (i64, i64)>,
-    /// By place (`MAIN.csv:543`) or word (`D100`) as written: the smallest and the largest count. A count is the
-    /// iterations of a loop or the length of a block.
+    /// Counts, by place (`MAIN.csv:543`) or word (`D100`) as written: the smallest and the largest. A count is the
+    /// number of iterations of a loop, or of units (words, digits) that an instruction processes.
     pub counts: BTreeMap<String, (i64, i64)>,
-    /// By the normalised name ([`normalized`]) of a routine that is not among the files, such as `P153`: its time and
-    /// writes.
+    /// Missing routines, by the normalised name ([`normalized`]) of a routine that is not among the files, such as
+    /// `P153`: its time and writes.
     pub calls: BTreeMap<String, StatedCall>,
-    /// By interrupt label in upper case (`I0`): the largest number of runs of the interrupt's routine in one scan.
+    /// Runs of interrupts, by interrupt label in upper case (`I0`): the largest number of runs of the interrupt's
+    /// routine in one scan.
     pub interrupts: BTreeMap<String, u32>,
-    /// By interrupt label in upper case (`I28`): the interrupt occurs once in each interval of this length.
+    /// Intervals of interrupts, by interrupt label in upper case (`I28`): the interrupt occurs once in each interval of
+    /// this length.
     pub intervals: BTreeMap<String, Picos>,
-    /// The number of input points that the CPU refreshes.
+    /// The number of input points that the CPU refreshes. `None` if not stated.
     pub inputs: Option<u32>,
-    /// The number of output points that the CPU refreshes.
+    /// The number of output points that the CPU refreshes. `None` if not stated.
     pub outputs: Option<u32>,
-    /// The type of base unit that holds all modules, by its name in timing tables (`main`).
+    /// The type of base unit that holds all modules, by its name in timing tables (`main`). `None` if not stated, or
+    /// stated for inputs and outputs in `by_base`.
     pub base: Option<String>,
     /// Input points and output points by type of base unit. Empty if one number is stated for all; else `inputs` or
     /// `outputs` is the sum.
     pub by_base: [BTreeMap<String, u32>; 2],
-    /// The longest time that network refresh takes in one scan; zero if there is no network.
+    /// The longest time that network refresh takes in one scan; zero if there is no network. `None` if not stated.
     pub network: Option<Picos>,
-    /// The factor by which the whole scan is multiplied. It replaces the factor of the timing table.
+    /// The factor by which the whole scan is multiplied, because other tasks of the CPU lengthen it. It replaces the
+    /// factor of the timing table.
     pub factor: Option<StatedFactor>,
     /// A CPU parameter: whether the CPU stops at an operation error (`true`) or continues with the next instruction.
+    /// `None` if not stated.
     pub stops_on_error: Option<bool>,
-    /// The constant scan time, or minimum scan time, in the CPU's parameters; zero if none is set.
+    /// The constant scan time, or minimum scan time, in the CPU's parameters; zero if none is set. `None` if not
+    /// stated.
     pub constant_scan: Option<Picos>,
-    /// The watchdog time in the CPU's parameters.
+    /// The watchdog time in the CPU's parameters. `None` if not stated.
     pub watchdog: Option<Picos>,
     /// Whether a flowchart PC copies its inputs once at the start of each pass (`true`) or reads them at each test.
     pub latched: Option<bool>,
-    /// A CPU parameter: the number of bits, 16 or 32, of an index to file registers and extended data registers.
+    /// A CPU parameter: the number of bits, 16 or 32, of an index to file registers and extended data registers. `None`
+    /// if not stated.
     pub index_bits: Option<u32>,
-    /// The only devices that are written through indirect addresses (`@D0`), as written: single devices or ranges
-    /// (`ZR1000-ZR1999`).
+    /// The only devices that the program writes through indirect addresses (`@D0`), as written: single devices or
+    /// ranges (`ZR1000-ZR1999`). `None`: such a write may change any device.
     pub indirect: Option<Vec<String>>,
-    /// By place (`MAIN.csv:924`) or index register (`Z0`): the least and the largest index with which something is
-    /// written there, or through that register.
+    /// Indices, by place (`MAIN.csv:924`) or index register (`Z0`): the least and the largest index with which
+    /// something is written there, or through that register.
     pub indices: BTreeMap<String, (i64, i64)>,
     /// Devices that something other than the program, such as an HMI, writes between scans: single devices or ranges
     /// (`D100-D199`).
     pub external: Vec<String>,
-    /// Devices that only the program writes, in the same notation.
+    /// Devices that only the program writes: single devices or ranges (`M1-M9`).
     pub internal: Vec<String>,
     /// Sets of bits, as written, of which no two are on when a scan starts.
     pub exclusive: Vec<Vec<String>>,
@@ -78,7 +86,7 @@ pub struct Facts {
     /// How a controller executes charts: whether it executes the blocks of drawn transition conditions in each scan,
     /// and the conditions read the outputs of the previous scan.
     pub drawn_last_scan: bool,
-    /// The positions of these facts in the facts file.
+    /// The positions of these facts in the facts file, for findings about them.
     pub places: FactPositions,
 }
 
@@ -140,8 +148,8 @@ pub struct StatedFactor {
 }
 
 impl Facts {
-    /// The stated number of runs of an interrupt routine in one scan. `None` if not stated. Letter case of the label
-    /// does not matter.
+    /// The stated number of runs of an interrupt routine in one scan. `None` if no number is stated, even if an
+    /// interval is. Letter case of the label does not matter.
     #[must_use]
     pub fn interrupt(&self, label: &str) -> Option<u32> {
         self.interrupts.get(&label.to_ascii_uppercase()).copied()

@@ -3,8 +3,10 @@
 /// For names with fewer characters nothing is suggested, because too many other names are similar.
 const SHORTEST: usize = 3;
 
-/// The most similar known name, at most two edits away: a character changed, removed, added, or swapped with the next.
-/// Among equally similar names, one with the same characters in another order comes first.
+/// The most similar known name, at most two edits away, or one edit if `wrong` has fewer than six characters. An edit
+/// is a character changed, removed, added, or swapped with the next. Letter case is ignored. Among equally similar
+/// names, one with the same characters in another order comes first. `None` if no known name is that similar, or
+/// `wrong` has fewer than three characters.
 pub fn nearest(wrong: &str, known: impl IntoIterator<Item = String>) -> Option<String> {
     let wrong = wrong.trim().to_uppercase();
     let length = wrong.chars().count();
@@ -19,7 +21,7 @@ pub fn nearest(wrong: &str, known: impl IntoIterator<Item = String>) -> Option<S
     ranked.min().map(|(_, _, name)| name)
 }
 
-/// Whether two names consist of the same characters, in any order.
+/// Whether two names consist of the same characters, in any order and letter case.
 pub fn is_reordered(one: &str, other: &str) -> bool {
     let sorted = |name: &str| {
         let mut all: Vec<char> = name.to_uppercase().chars().collect();

@@ -32,7 +32,7 @@ pub enum TimeError {
     NoUnit,
 }
 
-/// The execution times of an instruction.
+/// The execution times of an instruction, from which the time of one execution follows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Times {
     /// The time when the instruction fires (the on-time). For an instruction with a variable number of units, the part
@@ -70,7 +70,8 @@ impl Picos {
         decimal(text.trim(), 6)
     }
 
-    /// Reads a duration with a unit in any letter case (`10ms`, `1.5 us`, `200µs`, `2min`) without rounding.
+    /// Reads a duration with a unit from `ps` to `days` in any letter case (`10ms`, `1.5 us`, `200µs`, `2min`) without
+    /// rounding.
     ///
     /// # Errors
     /// If the unit is missing, or the number is not decimal, has decimals below a picosecond, or is too large.
@@ -105,7 +106,10 @@ impl Picos {
         Err(if text.is_empty() { TimeError::Empty } else { TimeError::NoUnit })
     }
 
-    /// The time multiplied by `n`. Panics on overflow, as sums do.
+    /// The time multiplied by `n`.
+    ///
+    /// # Panics
+    /// On overflow, as sums do.
     #[must_use]
     pub fn times(self, n: u64) -> Picos {
         Picos(self.0.checked_mul(n).expect("time overflow"))

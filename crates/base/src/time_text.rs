@@ -28,7 +28,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale that shows this time with `DIGITS` significant digits.
+    /// The scale that shows this time with four significant digits, or fewer if the digits are finer than a picosecond.
     #[must_use]
     pub fn of(time: Picos) -> Scale {
         if time == Picos::ZERO {
@@ -57,7 +57,7 @@ impl Scale {
         }
     }
 
-    /// The time rounded to the nearest step.
+    /// Formats the time in this scale, rounded to the nearest step.
     #[must_use]
     pub fn about(self, time: Picos) -> String {
         let step = u128::from(self.step());
@@ -65,7 +65,7 @@ impl Scale {
         self.text(u64::try_from(steps).unwrap_or(u64::MAX))
     }
 
-    /// The time rounded up.
+    /// Formats the time in this scale, rounded up.
     #[must_use]
     pub fn up(self, time: Picos) -> String {
         self.text(time.0.div_ceil(self.step()))
@@ -93,19 +93,19 @@ impl Scale {
     }
 }
 
-/// Formats an upper bound: rounds up.
+/// Formats an upper bound in its usual unit: rounds up to four digits.
 #[must_use]
 pub fn at_most(time: Picos) -> String {
     trimmed(time, Scale::up)
 }
 
-/// Formats a lower bound: rounds down.
+/// Formats a lower bound in its usual unit: rounds down to four digits.
 #[must_use]
 pub fn at_least(time: Picos) -> String {
     trimmed(time, |scale, time| scale.text(time.0 / scale.step()))
 }
 
-/// Formats a time that is not a bound: rounds to the nearest.
+/// Formats a time that is not a bound in its usual unit: rounds to the nearest, with four digits.
 #[must_use]
 pub fn about(time: Picos) -> String {
     trimmed(time, Scale::about)

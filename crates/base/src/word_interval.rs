@@ -17,7 +17,8 @@ impl WordInterval {
         WordInterval { low: value, span: 0 }
     }
 
-    /// The interval of the integers `low..=high`, each modulo 65,536; all values if the range is as long as that.
+    /// The interval of the integers `low..=high`, each modulo 65,536; all values if the range is as long as that or
+    /// longer.
     pub fn of(low: i64, high: i64) -> WordInterval {
         match u16::try_from(high - low) {
             Ok(span) if span < u16::MAX => WordInterval { low: low as u16, span },
@@ -37,32 +38,34 @@ impl WordInterval {
         self.span
     }
 
-    /// The value, if the interval contains only one.
+    /// The value, if the interval contains only one; otherwise `None`.
     pub fn as_constant(self) -> Option<u16> {
         (self.span == 0).then_some(self.low)
     }
 
-    /// The smallest and the largest value as signed numbers.
+    /// The smallest and the largest value as signed numbers. All signed values if the interval passes from 32,767 to
+    /// -32,768.
     pub fn signed(self) -> (i64, i64) {
         let low = i64::from(self.low.cast_signed());
         let high = low + i64::from(self.span);
         if high > i64::from(i16::MAX) { (i16::MIN.into(), i16::MAX.into()) } else { (low, high) }
     }
 
-    /// The smallest and the largest value as unsigned numbers.
+    /// The smallest and the largest value as unsigned numbers. All unsigned values if the interval passes from 65,535
+    /// to 0.
     pub fn unsigned(self) -> (i64, i64) {
         let low = i64::from(self.low);
         let high = low + i64::from(self.span);
         if high > i64::from(u16::MAX) { (0, u16::MAX.into()) } else { (low, high) }
     }
 
-    /// The complement: all values except `low..=high`.
+    /// The complement: all values except `low..=high`. `low` must not be above `high`, and `low..=high` not all values.
     #[must_use]
     pub fn all_except(low: u16, high: u16) -> WordInterval {
         WordInterval { low: high.wrapping_add(1), span: low.wrapping_sub(high).wrapping_sub(2) }
     }
 
-    /// The sums modulo 65,536 of a value of one interval and a value of the other.
+    /// The interval of the sums modulo 65,536 of a value of one interval and a value of the other.
     #[must_use]
     pub fn wrapping_add(self, other: WordInterval) -> WordInterval {
         let low = self.low.wrapping_add(other.low);
@@ -87,7 +90,8 @@ impl WordInterval {
     }
 
     /// An over-approximation of the intersection: every value that lies in both intervals lies in the result. If the
-    /// intersection is one interval, the result is exact; otherwise it is the smaller of `self` and `other`.
+    /// intersection is one interval, the result is exact. If it consists of two intervals, the result is the smaller of
+    /// `self` and `other`; if it is empty, the result is `self`.
     pub fn meet(self, other: WordInterval) -> WordInterval {
         if other.contains(self) {
             return self;
@@ -132,7 +136,8 @@ impl WordInterval {
     }
 }
 
-/// The smallest and the largest value of a signed number of one or two words (low word first).
+/// The smallest and the largest value of a signed number of one or two words (low word first). `None` for other numbers
+/// of words.
 fn signed_bounds(words: &[WordInterval]) -> Option<(i64, i64)> {
     match words {
         [word] => Some(word.signed()),
@@ -144,8 +149,8 @@ fn signed_bounds(words: &[WordInterval]) -> Option<(i64, i64)> {
     }
 }
 
-/// The ranges in which a signed number of one or two words lies. A word whose interval passes from 32,767 to -32,768
-/// gives two ranges. Empty for numbers of more words.
+/// The ranges, each from its least to its largest value, in which a signed number of one or two words (low word first)
+/// lies. A single word whose interval passes from 32,767 to -32,768 gives two ranges. Empty for numbers of more words.
 #[must_use]
 pub fn signed_ranges(words: &[WordInterval]) -> Vec<(i64, i64)> {
     let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));

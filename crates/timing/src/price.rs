@@ -37,11 +37,12 @@ pub struct Price {
     /// A lower bound on the on-time: with no units, if their number is unknown or is read from words. Otherwise equal
     /// to `on`.
     pub least: Picos,
-    /// A lower bound on the off-time.
+    /// A lower bound on the off-time: as `least` if the off-time equals the on-time, otherwise equal to `off`.
     pub least_off: Picos,
-    /// The part of the on-time that does not depend on the number of units, if words give this number.
+    /// The part of the on-time that does not depend on the number of units, if words give this number. Otherwise equal
+    /// to `on`.
     pub base: Picos,
-    /// Added to `base` for each unit that words count.
+    /// Added to `base` for each unit that words count. Zero if words do not give the number of units.
     pub per_unit: Picos,
     /// The weakest evidence among the rows used. The evidence of the table's factor is in [`Prices::factor`].
     pub evidence: Evidence,
@@ -50,18 +51,20 @@ pub struct Price {
     /// If the first row is a class row: the most general name under which the table could have a row for the
     /// instruction itself.
     pub instead_of: Option<Arc<str>>,
-    /// If the number of units is unknown: the largest possible number, which was charged.
+    /// If the number of units is unknown or read from words: the largest possible number, which is in `on`. `None` if
+    /// the number is known or does not matter.
     pub at_most_units: Option<u64>,
 }
 
 /// The times of a program's instructions, and the overhead of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Prices {
-    /// Parallel to `Program::instructions`. `None` takes no time. Instructions with equal prices share one `Price`.
+    /// The price of each instruction, parallel to `Program::instructions`. `None`: it takes no time. Instructions with
+    /// equal prices share one `Price`.
     pub instructions: Vec<Option<Arc<Price>>>,
     /// The overhead, charged once in each scan.
     pub overhead: Vec<OverheadTerm>,
-    /// The factor that all these times already contain. `None` if the table has none.
+    /// The factor that the times of the instructions and the overhead already contain. `None` if the table has none.
     pub factor: Option<Factor>,
     /// Inputs or outputs for which the number of refreshed points is not stated.
     pub points: Vec<UnstatedPoints>,
@@ -73,13 +76,15 @@ pub struct Prices {
 }
 
 impl Prices {
-    /// The on-time and off-time of each instruction.
+    /// The on-time, off-time and time per unit of each instruction, parallel to `instructions`. For an instruction
+    /// whose units words count, the on-time is without units.
     #[must_use]
     pub fn times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
     }
 
-    /// Lower bounds on the times of each instruction. For an unknown number of units, no units are counted.
+    /// Lower bounds on the times of each instruction, parallel to `instructions`. For an unknown number of units, no
+    /// units are counted.
     #[must_use]
     pub fn least_times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.least, off: price.least_off, per_unit: price.per_unit })
@@ -90,19 +95,20 @@ impl Prices {
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
-    /// The additional time if all points of the CPU are refreshed, for inputs and outputs whose number is not stated.
+    /// The time that the refresh takes longer if it is of all points that the CPU can have, for inputs and outputs
+    /// whose number is not stated.
     #[must_use]
     pub fn more_points(&self) -> Picos {
         more_points(&self.points)
     }
 
-    /// The part of the refresh time that may not occur, because points or base units are not stated.
+    /// The part of the charged refresh time that may not occur, because points or base units are not stated.
     #[must_use]
     pub fn uncertain_refresh(&self) -> Picos {
         uncertain_refresh(&self.points, &self.bases)
     }
 
-    /// The sum of all overhead terms.
+    /// The sum of all overhead terms: the time of a scan besides its instructions.
     #[must_use]
     pub fn overhead_sum(&self) -> Picos {
         self.overhead.iter().map(|term| term.time).sum()
@@ -124,11 +130,11 @@ pub enum NoPrice {
 /// cells are read or written. For `WORDBIT`: how many bits of words.
 pub type OperandTags = BTreeMap<String, u64>;
 
-/// Everything that a price depends on: the timing key, the tags of the operands, and whether a rung or an interrupt
-/// routine begins at the instruction.
+/// Everything that a price depends on: the timing key's names, class, units and switches, the tags of the operands, and
+/// whether a rung or an interrupt routine begins at the instruction.
 type PriceInput<'a> = (&'a [String], &'static str, &'a Units, [bool; 2], OperandTags, [bool; 2]);
 
-/// The tag for bits of words.
+/// The tag for single bits of words (`@+WORDBIT`).
 const WORD_BIT: &str = "WORDBIT";
 
 /// Prices every instruction and the overhead of a scan.
@@ -212,7 +218,7 @@ pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, 
     Ok(Prices { instructions, overhead, factor, points, bases, networks })
 }
 
-/// The price of an instruction whose time the user states.
+/// The price of a missing routine whose time the user states: the table's factor applies to it.
 fn stated_time(table: &Table, time: Picos) -> Result<Price, NoPrice> {
     let row = Row {
         name: "stated".to_owned(),
@@ -387,7 +393,8 @@ impl<'a> Sum<'a> {
         self.on.saturating_sub(self.per_unit * u128::from(self.units))
     }
 
-    /// The larger of the two on-times and the larger of the two off-times of `self` and `stated`.
+    /// For the base, the time per unit and the off-time: the larger one of `self` and `stated`. If one of the two gives
+    /// all of them, it is the result.
     fn larger_of(self, stated: Sum<'a>) -> Sum<'a> {
         let parts = |sum: &Sum<'_>| [sum.base(), sum.per_unit, sum.off];
         let (ours, theirs) = (parts(&self), parts(&stated));
@@ -447,7 +454,7 @@ fn units(units: &Units) -> u64 {
     }
 }
 
-/// The part of a row name after the colon.
+/// The part of a row name after the colon, such as `T` of `OUT:T`. `None` without a colon.
 fn variant(name: &str) -> Option<String> {
     name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
 }

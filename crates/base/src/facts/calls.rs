@@ -7,7 +7,7 @@ use crate::time::Picos;
 pub struct StatedCall {
     /// The routine's name as it stands in the facts file.
     pub name: String,
-    /// The time from the call of the routine to its return, without the call instruction itself.
+    /// The longest time from the call of the routine to its return, without the call instruction itself.
     pub time: Picos,
     /// The devices that the routine writes: single devices or ranges (`D100-D199`). `None`: the routine may write any
     /// device.

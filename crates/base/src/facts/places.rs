@@ -48,14 +48,15 @@ impl FactPositions {
         }
     }
 
-    /// Removes the position of a fact that another source (such as the command line) now states.
+    /// Forgets the position of a fact, because another source (such as the command line) now states the fact.
     pub(super) fn forget(&mut self, table: &str, key: &str) {
         if let Some(facts) = self.facts.get_mut(table) {
             facts.retain(|known, _| !known.eq_ignore_ascii_case(key));
         }
     }
 
-    /// An error about a fact, at its position. The file name is empty if the fact was not read from a file.
+    /// An error about the fact with this table and key, at its position. If the position is unknown, as for facts from
+    /// the command line: an error without file and line.
     pub(super) fn fault(
         &self,
         [table, key]: [&str; 2],

@@ -20,7 +20,7 @@ const SELECTION: &str = "write selection = \"all\" if all true transitions after
 const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read the outputs of the previous scan (Beremiz, OpenPLC)";
 const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (first the actions that have just ended, then the others, each of the two in the order of their names: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
-/// The tables of a facts file.
+/// The names of the tables that a facts file may have.
 pub const TABLES: [&str; 13] = [
     "ranges",
     "counts",
@@ -347,7 +347,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads a table whose only content is a list of devices.
+    /// Reads an entry of a table whose only content is `devices`, a list of devices. `None` if an error was reported.
     fn devices(
         &mut self,
         table: &str,
@@ -425,7 +425,7 @@ impl Reader<'_> {
     }
 
     /// Reads the number of input or output points (`side` 0 or 1): one number, or one number for each type of base
-    /// unit.
+    /// unit. Returns the sum; `None` if an error was reported.
     fn side(&mut self, side: usize, name: &str, value: &Value<'_>) -> Option<u32> {
         let Some(bases) = value.get_ref().as_table() else { return self.count(name, value) };
         let mut sum = Some(0_u32);
@@ -521,7 +521,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the constant scan time or the watchdog time.
+    /// Reads the constant scan time or the watchdog time, by `name`.
     fn scan_time(&mut self, name: &str, value: &Value<'_>) {
         let text = value.get_ref().as_str().map_or("", str::trim);
         let is_none = name == "constant" && text.eq_ignore_ascii_case("none");

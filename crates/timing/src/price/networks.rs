@@ -13,7 +13,7 @@ use scanbound_ir::{
 /// What the program uses of a network: devices that the network refreshes, or a station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkUse {
-    /// The name of the network devices, such as `B`, or `X1000 and beyond`.
+    /// The name of the network devices, such as `B`, or `X1000 and beyond`; or the station.
     pub what: String,
     /// The first instruction that uses the network, an index into `Program::instructions`.
     pub first: usize,
@@ -24,7 +24,8 @@ pub fn is_priced(table: &Table, facts: &Facts) -> bool {
     facts.network.is_some() || table.terms("@network").next().is_some()
 }
 
-/// The overhead of network refresh: what the user states, otherwise the table's rows.
+/// The overhead of network refresh: what the user states, otherwise the table's `@network` rows. Empty if neither gives
+/// any, or the user says that there is no network.
 pub fn terms(table: &Table, facts: &Facts) -> Result<Vec<OverheadTerm>, Vec<Diagnostic>> {
     let term = |row: &Row| -> Result<OverheadTerm, Vec<Diagnostic>> {
         let name = row.name.split_once(':').map_or("network refresh", |(_, name)| name);
@@ -101,8 +102,8 @@ pub fn known_length(count: u32) -> u32 {
     if count > MAX_CELLS { 1 } else { count }
 }
 
-/// Whether an instruction on the region `cells` certainly uses the region `named`. A region whose place is unknown does
-/// not count.
+/// Whether the region `named` by an instruction certainly has a cell in the region `cells` of a network. A region whose
+/// place is unknown does not count.
 fn meet(cells: Region, named: Region) -> bool {
     match (cells, named) {
         (Region::Area(area), Region::Area(other)) => area == other,
@@ -117,7 +118,8 @@ fn meet(cells: Region, named: Region) -> bool {
     }
 }
 
-/// Calls `each` with every region that an instruction reads, writes or names as an operand.
+/// Calls `each` with every region that an instruction reads, writes or names as an operand. Writes to an unknown place
+/// are left out.
 pub fn each_region(instruction: &Instruction, each: &mut impl FnMut(Region)) {
     let mut range = |first: Cell, count: u32| each(Region::Range { first, count });
     instruction.each_read(&mut |source| match source {

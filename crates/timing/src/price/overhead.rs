@@ -12,13 +12,13 @@ pub struct OverheadTerm {
     pub name: String,
     /// The time, including the table's factor.
     pub time: Picos,
-    /// The weakest evidence among the rows used.
+    /// The evidence for the row of the table that gives the time.
     pub evidence: Evidence,
     /// How the time was calculated.
     pub why: String,
 }
 
-/// The time of an overhead row, multiplied by `times` and the table's factor.
+/// The time of an overhead row, multiplied by `times` and the table's factor. `Err` if it is too large.
 pub(super) fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
     let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
     time.ok_or_else(|| {

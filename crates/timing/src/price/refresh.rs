@@ -15,33 +15,33 @@ use std::collections::BTreeSet;
 pub struct UnstatedPoints {
     /// `input` or `output`.
     pub side: &'static str,
-    /// The number of points that is charged: the points that the program uses.
+    /// The number of points that is charged: those that the program uses, as [`own_points`] counts them.
     pub taken: u32,
-    /// The refresh time that was charged for these points.
+    /// The refresh time that was charged for the `taken` points.
     pub time: Picos,
     /// The largest additional time for sixteen more points.
     pub sixteen: Picos,
-    /// The additional time if the user stated a number of points but no base unit: they may then be on several base
-    /// units, and the slowest distribution is charged.
+    /// The additional time of the refresh if the user stated a number of points but no base unit: the points may then
+    /// be on several base units, and the slowest distribution is charged.
     pub begun: Picos,
-    /// How the number of points was determined.
+    /// How the number of points was determined, as text for a report.
     pub why: String,
-    /// The largest number of points that the CPU can have, if the table gives it.
+    /// The largest number of points that the CPU can have. `None` if the table does not give it.
     pub most: Option<MorePoints>,
 }
 
-/// The largest number of points that a CPU can have.
+/// The largest number of points that a CPU can have, and how much longer their refresh takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MorePoints {
     /// The number of points.
     pub points: u32,
-    /// The additional refresh time of all these points, compared with the points charged.
+    /// The time by which the refresh of `points` points is longer than that of the points charged.
     pub more: Picos,
     /// The evidence of the number of points.
     pub evidence: Evidence,
     /// The evidence of `more`: the weakest evidence of the number of points and of the table rows used.
     pub founded: Evidence,
-    /// The source of the number.
+    /// The source of the number of points, as in the table.
     pub source: String,
 }
 
@@ -71,7 +71,7 @@ pub struct UnstatedBase {
     pub saves: Picos,
 }
 
-/// The overhead for refreshing inputs and outputs.
+/// The overhead for refreshing inputs and outputs, and what is not stated about them.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Refresh {
     /// The overhead terms of the refresh.
@@ -120,8 +120,9 @@ impl<'a> PointRows<'a> {
             .collect()
     }
 
-    /// The rows for this number of points at a time. For a base unit: its own row, otherwise the general one. If the
-    /// base units are not stated: the slowest row.
+    /// The rows whose time is for `size` points (0: any number). For a base unit: its own row, otherwise the general
+    /// one. If the base units are not stated: the slowest row; for size 0 the rows of all base units, if their sum is
+    /// more than the general row.
     fn rows_of(&self, size: u32, base: Option<&str>) -> Vec<&'a Row> {
         let plain = self.table.row(&self.row(size));
         let kind = format!("{}:", self.row(size));
@@ -151,7 +152,8 @@ impl<'a> PointRows<'a> {
         row_of_base(size).or(plain).or_else(others).into_iter().collect()
     }
 
-    /// The table rows that are charged for at most this many points.
+    /// The table rows that are charged for this many points on a base unit (`None`: not stated), each with how often.
+    /// Empty for 0 points.
     fn charges(&self, base: Option<&str>, points: u32) -> Vec<ChargedRow<'a>> {
         let mut charges = Vec::new();
         for (size, row) in self.rows(base).into_iter().filter(|_| points > 0) {
@@ -194,7 +196,7 @@ impl<'a> PointRows<'a> {
         rows
     }
 
-    /// The name of the table row for `size` points at a time.
+    /// The name of the table row whose time is for `size` points, such as `@input16`.
     fn row(&self, size: u32) -> String {
         let size = if size == 0 { String::new() } else { size.to_string() };
         format!("@{}{size}", self.name)
@@ -231,6 +233,9 @@ fn times(size: u32, points: u32) -> u64 {
 }
 
 /// The overhead terms of the refresh, and the facts about it that are not stated.
+///
+/// # Errors
+/// Base units in the facts for which the table has no times; or a time that is too large.
 pub fn refresh(
     program: &Program,
     table: &Table,
@@ -329,7 +334,7 @@ pub fn refresh(
     Ok(found)
 }
 
-/// Refuses base units for which the table has no times.
+/// Refuses base units in the facts for which the table has no times.
 fn check_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let sides =
         ["input", "output"].map(|name| PointRows { name, table, splits: false, most: None });
@@ -396,8 +401,7 @@ pub fn own_points(
     (counted, format!("{counted} {side} points, since {name} is the highest {side} {which}"))
 }
 
-/// The highest cell below a limit that instructions name as an input or output, and whether they name cells above the
-/// limit.
+/// The highest input or output below a limit that instructions name, and whether they name any above the limit.
 struct Highest {
     cell: Cell,
     beyond: bool,

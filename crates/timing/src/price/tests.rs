@@ -247,7 +247,7 @@ fn words_of_an_area_and_bits_of_words_add_what_they_cost() {
     assert_eq!(&*prices.instructions[1].as_ref().unwrap().row, "LD + @+wordbit + @+ZR");
 }
 
-/// Whatever its index is, an instruction writes as many cells as its meaning says.
+/// A write with an index is charged for as many cells as the instruction writes, not for all that the index may reach.
 #[test]
 fn what_is_written_by_an_index_is_charged_once() {
     let mut moved = instruction(1, 1, "FMOV K0 ZR0Z0 K300", "block");

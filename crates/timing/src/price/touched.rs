@@ -6,18 +6,19 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// The number of cells that are counted of a range if the instruction's meaning does not say how many it accesses, or
-/// twice its units if that is more.
+/// The smallest number of cells that are counted of a longer range if the instruction's meaning does not say how many
+/// it accesses. If twice its units are more, these are counted.
 const LEAST_RANGE: u64 = 8;
 /// A range with more cells than this has an unknown end: only its first cell counts as used.
 const MAX_CELLS: u32 = 1 << 24;
 
-/// The cells that an instruction reads, writes or names.
+/// The cells that an instruction reads, writes or names, counted by area. Tables charge extra time for some of them
+/// (`@+ZR`).
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Cells {
     /// The cells by area. Few instructions use more than two areas.
     pub areas: Vec<OfArea>,
-    /// The number of bits of words.
+    /// How often the instruction uses a single bit of a word, such as `D0.5`.
     pub word_bits: u64,
     units: u64,
 }
@@ -29,13 +30,13 @@ pub struct OfArea {
     pub area: AreaId,
     /// The number of cells. A cell that is mentioned twice counts twice.
     pub count: u64,
-    /// The highest index that the instruction names.
+    /// The highest index of these cells that the instruction certainly names. `None` if it names only the area.
     pub highest: Option<u32>,
 }
 
 impl Cells {
-    /// The cells that an instruction with these units uses. `indexed` gives the cells that writes with an index may
-    /// reach.
+    /// The cells that an instruction that processes `units` units uses. `indexed` gives the cells that writes with an
+    /// index may reach.
     #[must_use]
     pub fn of(
         instruction: &Instruction,
@@ -87,7 +88,8 @@ impl Cells {
         cells
     }
 
-    /// The number of cells of a range that are counted.
+    /// The largest number of cells of a range that are counted, if the instruction's meaning does not say how many it
+    /// accesses.
     fn most_of_range(&self) -> u64 {
         LEAST_RANGE.max(self.units.saturating_mul(2))
     }

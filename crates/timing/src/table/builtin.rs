@@ -39,7 +39,8 @@ fn table(index: usize) -> Option<&'static Table> {
     TABLES[index].get_or_init(read).as_ref()
 }
 
-/// The second fields of a built-in table's rows with this name. Much faster than parsing the table.
+/// The second fields of the rows whose line begins with `row`, from a built-in table's text. Much faster than parsing
+/// the table.
 fn cells<'a>(text: &'a str, row: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(row).skip(1).map(|rest| rest.split([',', '\n']).next().unwrap_or_default().trim())
 }
@@ -68,7 +69,7 @@ pub struct TableSummary {
     pub name: &'static str,
     /// The title, one line.
     pub title: String,
-    /// The CPUs for which the table is.
+    /// The names of the CPUs for which the table is.
     pub cpus: Vec<String>,
     /// The number of rows with each kind of evidence, in the order of [`Evidence::ALL`].
     pub rows: [(Evidence, usize); 4],
@@ -80,7 +81,7 @@ pub fn names() -> Vec<&'static str> {
     FILES.iter().map(|(name, _)| *name).collect()
 }
 
-/// The names of the built-in tables, each with the date of its last change.
+/// The names of the built-in tables, each with the date of its last change as the table states it.
 pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
     let dated = |&(name, text): &(&'static str, &'static str)| {
         (name, cells(text, "\n@date,").next().unwrap_or_default())
@@ -95,7 +96,7 @@ pub fn of_family(family: &str) -> Vec<Table> {
     tables().filter(is_own).map(|(_, table)| table.clone()).collect()
 }
 
-/// The text of a built-in table. Letter case is ignored.
+/// The CSV text of the built-in table of this name. Letter case is ignored. `None` if there is none.
 #[must_use]
 pub fn text(name: &str) -> Option<&'static str> {
     FILES.iter().find(|(own, _)| own.eq_ignore_ascii_case(name.trim())).map(|(_, text)| *text)
@@ -115,15 +116,15 @@ pub fn list() -> Vec<TableSummary> {
 }
 
 impl Table {
-    /// The built-in table of this name.
+    /// The built-in table of this name. Letter case is ignored. `None` if there is none.
     #[must_use]
     pub fn builtin(name: &str) -> Option<Table> {
         let index = FILES.iter().position(|(own, _)| own.eq_ignore_ascii_case(name.trim()))?;
         table(index).cloned()
     }
 
-    /// The built-in table for a CPU as a source file names it. If the name means several CPUs (`Q02(H)`), the table of
-    /// the slowest.
+    /// The name of the built-in table for a CPU as a source file names it. If the name means several CPUs (`Q02(H)`),
+    /// the table of the slowest. `None` if no table is for this CPU.
     #[must_use]
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
         let possible = possible_cpus(cpu);

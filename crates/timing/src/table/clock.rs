@@ -8,12 +8,12 @@ use std::str::FromStr;
 /// The divisor of a MINASEC-U's clock in the switch position SLOW.
 const SLOW: u64 = 32_768;
 
-/// The clock that the user states.
+/// The clock that the user states (`--clock`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StatedClock {
-    /// The clock of the table.
+    /// The switch position FAST: the clock of the table, unchanged.
     Fast,
-    /// The clock of the table, divided by 32,768.
+    /// The switch position SLOW: the clock of the table, divided by 32,768.
     Slow,
     /// A clock with this period.
     Period {
@@ -50,7 +50,8 @@ impl FromStr for StatedClock {
     }
 }
 
-/// The period of a frequency such as `30.3k`, `0.0303 M` or `30300` (Hz), rounded up.
+/// The period of a frequency such as `30.3k`, `0.0303 M` or `30300` (Hz), rounded up. `None` if the text is not a
+/// frequency above 0.
 fn period(text: &str) -> Option<Picos> {
     let (number, digits) = match text.strip_suffix(['k', 'M']) {
         Some(number) if text.ends_with('k') => (number, 3),

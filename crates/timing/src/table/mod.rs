@@ -64,7 +64,7 @@ pub const CLASSES: [&str; 39] = [
 pub enum Evidence {
     /// The table's author assumed it: nobody has published or measured it.
     Assumed,
-    /// The user gave the time without a source.
+    /// The user gave the time, or a table gives it without naming its evidence.
     Stated,
     /// The time was measured on the CPU.
     Measured,
@@ -95,7 +95,7 @@ impl fmt::Display for Evidence {
     }
 }
 
-/// One row with times.
+/// One row of a timing table that gives a time: of an instruction, of a class of instructions, or of the whole scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
     /// The name as written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
@@ -140,14 +140,14 @@ impl Factor {
         u64::try_from(product.div_ceil(1_000_000)).ok().map(Picos)
     }
 
-    /// Divides a time by the factor, rounded up.
+    /// The time divided by the factor, rounded up to a whole picosecond.
     #[must_use]
     pub fn taken_off(&self, time: Picos) -> Picos {
         taken_off(self.millionths, time)
     }
 }
 
-/// Divides a time by a factor that is given in millionths and is at least 1. Rounded up.
+/// The time divided by a factor that is given in millionths and is at least 1, rounded up to a whole picosecond.
 #[must_use]
 pub fn taken_off(millionths: u64, time: Picos) -> Picos {
     let whole = u128::from(time.0) * 1_000_000;
@@ -180,15 +180,16 @@ pub struct Table {
     pub family: Option<String>,
     /// The CPUs for which the table is, in upper case, without the word CPU.
     pub cpus: Vec<String>,
-    /// The name of the built-in table that this table amends.
+    /// The name of the built-in table that this table amends: its rows hold where this table has none. `None` if it
+    /// amends none.
     pub base: Option<String>,
     /// What the table's times do not include, for the reader of a report.
     pub notes: Vec<String>,
-    /// The factor on the whole scan.
+    /// The factor on the whole scan. `None` if the table has none.
     pub factor: Option<Factor>,
-    /// The largest number of input points that the CPU can have.
+    /// The largest number of input points that the CPU can have. `None` if the table does not give it.
     pub most_inputs: Option<MostPoints>,
-    /// The largest number of output points that the CPU can have.
+    /// The largest number of output points that the CPU can have. `None` if the table does not give it.
     pub most_outputs: Option<MostPoints>,
     rows: Vec<Row>,
     index: BTreeMap<String, usize>,
@@ -201,7 +202,7 @@ impl Table {
         &self.rows
     }
 
-    /// The row of this name. Letter case is ignored.
+    /// The row of this name. Letter case and surrounding blanks are ignored. `None` if there is none.
     #[must_use]
     pub fn row(&self, name: &str) -> Option<&Row> {
         self.index.get(&*folded(name)).map(|&at| &self.rows[at])
@@ -235,7 +236,7 @@ impl Table {
         self.rows.iter().any(|row| row.name.starts_with("@+"))
     }
 
-    /// The CPU's default watchdog time.
+    /// The CPU's default watchdog time. `None` if the table does not give it.
     #[must_use]
     pub fn watchdog(&self) -> Option<Picos> {
         self.row("@watchdog").map(|row| row.on)
@@ -256,20 +257,22 @@ impl Table {
         });
     }
 
-    /// A time multiplied by the table's factor. `None` if it is too large.
+    /// The time multiplied by the table's factor, rounded up; the time itself if the table has no factor. `None` if it
+    /// is too large.
     #[must_use]
     pub fn scaled(&self, time: Picos) -> Option<Picos> {
         self.factor.as_ref().map_or(Some(time), |factor| factor.apply(time))
     }
 
-    /// Removes the largest numbers of points if they are only assumed.
+    /// Forgets how many inputs and outputs the CPU can have if these numbers are only assumed (`--strict-times`).
     pub fn refuse_assumed_points(&mut self) {
         for most in [&mut self.most_inputs, &mut self.most_outputs] {
             most.take_if(|most| most.evidence == Evidence::Assumed);
         }
     }
 
-    /// Treats areas with these names as the same cells: the slowest of their `@+` rows applies to all of them.
+    /// Treats areas with these names as the same cells: the largest times of their `@+` rows apply to all of them.
+    /// Nothing changes if none has such a row.
     pub fn join_cells(&mut self, areas: &[&str]) {
         let names: Vec<String> = areas.iter().map(|name| format!("@+{name}")).collect();
         let rows: Vec<Row> = names.iter().filter_map(|name| self.row(name).cloned()).collect();

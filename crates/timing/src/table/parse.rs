@@ -19,10 +19,10 @@ pub struct Parsed {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// A price given on the command line.
+/// Times of an instruction given on the command line (`--time`).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Override {
-    /// The name of the table row that the price replaces.
+    /// The name of the table row that these times replace.
     pub name: String,
     /// The on-time.
     pub on: Picos,
@@ -40,7 +40,7 @@ const MAX_WARNINGS: usize = 20;
 /// A message shows at most this many characters of a line.
 const SHOWN: usize = 200;
 
-/// The columns that are used.
+/// The columns of a table that are used. Others are ignored with a warning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Column {
     Instruction,
@@ -77,7 +77,7 @@ impl Column {
     }
 }
 
-/// Rows with one number. `price` charges them for a scan; a test checks that it charges all of them.
+/// `@` rows with one number. The module `price` charges them for a scan; a test checks that it charges all of them.
 pub(crate) const SINGLE: [&str; 15] = [
     "@end",
     "@further-program",
@@ -95,7 +95,7 @@ pub(crate) const SINGLE: [&str; 15] = [
     "@input-delay",
     "@output-delay",
 ];
-/// Rows that may occur several times, each with a name after a colon: what the row is for, or the base unit.
+/// `@` rows that may occur several times, each with a name after a colon: what the row is for, or the base unit.
 pub(crate) const VARIED: [&str; 8] =
     ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
@@ -109,7 +109,7 @@ const HEAD_HELP: &str = "begin the table with the line instruction,on_us,off_us 
 const TIME_HELP: &str =
     "write decimal microseconds with a point, such as 1.52, no finer than 0.000001";
 
-/// The kind of a row, by its name.
+/// The kind of a row, by its name: what its fields contain.
 enum RowKind {
     Times,
     Single,
@@ -185,7 +185,7 @@ fn shown(line: &str) -> String {
     line.chars().take(SHOWN).collect()
 }
 
-/// The fields of one line, by column.
+/// The fields of one line of a table, by column. A column that the line lacks is empty.
 struct Fields<'a> {
     line: u32,
     text: &'a str,
@@ -624,7 +624,7 @@ fn split(line: &str) -> Option<Vec<Cow<'_, str>>> {
     Some(record.iter().map(|field| Cow::Owned(field.to_owned())).collect())
 }
 
-/// Reads a price from the command line: `MOV=12.5us`, or with an off-time `MOV=12.5us/0.3us`.
+/// Reads times from the command line: `MOV=12.5us` for both, or with an off-time `MOV=12.5us/0.3us`.
 ///
 /// # Errors
 /// A message that says what is wrong.
