@@ -1,4 +1,5 @@
-//! The number of times that control can jump back within one turn of a group, found by a search over the turn's states.
+//! The number of times that control can jump back within one turn of a group, found by a search over the states in
+//! which its instructions can be executed.
 
 use super::source::{Op, Routine, Source};
 use petgraph::algo::condensation;
@@ -6,12 +7,13 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest total size of all states of the search.
+/// The largest total size of all states of the search. Beyond it, the result is [`MAX_BACK_JUMPS`].
 const MAX_STATES: usize = 500_000;
 /// The largest number of jumps back in one turn that is unrolled.
 pub const MAX_BACK_JUMPS: usize = 64;
 
-/// What is known when an instruction is executed. An unknown bit may be on or off; after a test its value is known.
+/// What is known when the instruction with index `at` is executed. An unknown bit may be on or off; after a test its
+/// value is known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,
@@ -74,7 +76,8 @@ pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> Option<u
     Some(longest(graph)).filter(|&jumps| jumps <= MAX_BACK_JUMPS)
 }
 
-/// The largest number of jumps back on a path that uses each cycle of the graph at most once.
+/// The largest number of jumps back on a path that uses each edge of the cycles of the graph at most once. The weight
+/// of an edge is 1 if it is a jump back, otherwise 0.
 fn longest(graph: DiGraph<(), usize>) -> usize {
     let member: BTreeMap<NodeIndex, usize> = petgraph::algo::kosaraju_scc(&graph)
         .into_iter()
@@ -105,7 +108,7 @@ fn longest(graph: DiGraph<(), usize>) -> usize {
     longest
 }
 
-/// The states that can follow this state when the next instruction is executed.
+/// The states that can follow when the instruction of this state is executed. Empty if the turn ends there.
 fn successors(
     source: &Source,
     tested: &BTreeSet<u32>,

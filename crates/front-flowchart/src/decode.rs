@@ -88,7 +88,7 @@ pub fn decode(source: &Source, latched: bool) -> Program {
     layout.finish()
 }
 
-/// The input, output or timer in an instruction's text.
+/// The input, output or timer that an instruction names, with its byte range in the text. Empty if it names none.
 fn operands(one: &source::Instruction, outputs: &BTreeSet<u32>) -> Arc<[Operand]> {
     let (area, index) = match one.op {
         Op::And { bit, .. } if !outputs.contains(&bit) => (INPUTS, bit),
@@ -112,7 +112,8 @@ fn name(routine: &Routine) -> String {
     routine.group.map_or("Main".to_owned(), |group| format!("GN{group}"))
 }
 
-/// The timers whose state is kept from pass to pass; none if these and the ends of passes together are too many.
+/// The timers whose state the lowered program keeps from pass to pass: all, or none if there are so many that storing
+/// them at each end of a pass would make the program too large.
 fn timers(source: &Source) -> BTreeSet<u32> {
     const MAX_TIMERS: usize = 20_000;
     let all: BTreeSet<u32> = source
@@ -128,7 +129,8 @@ fn timers(source: &Source) -> BTreeSet<u32> {
     if all.len().saturating_mul(ends) <= MAX_TIMERS { all } else { BTreeSet::new() }
 }
 
-/// The boxes of the flowchart, numbered from 1: for each instruction the box that contains it.
+/// For each instruction of the source, the number (from 1) of the flowchart's box that contains it. Reports show a box
+/// as a rung.
 fn blocks(source: &Source) -> Vec<u32> {
     let mut block = 0;
     let mut ended = true;
@@ -181,7 +183,8 @@ struct RoutineLayout {
     laid: BTreeMap<Spot, usize>,
     /// Jumps to positions that are not lowered yet: the jump and its target.
     jumps: Vec<(usize, Spot)>,
-    /// Jumps back out of the last copy of a loop: the jump, and its target in the source.
+    /// Jumps back out of the last copy of a group: the lowered jump, its index in the source, and the index of its
+    /// target in the source.
     rounds: Vec<(usize, usize, usize)>,
 }
 
@@ -263,7 +266,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The positions of a routine that control can reach.
+    /// The instructions of a routine that control can reach, with the copy in which they are. The copies are numbered
+    /// from 0.
     fn reached(&self, routine: &Routine, copies: usize) -> BTreeSet<Spot> {
         let mut reached = BTreeSet::new();
         let mut open: Vec<Spot> =
@@ -401,7 +405,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// What the end of a pass stores: the position of the main routine, and the timers that were started in this pass.
+    /// The effects of the instruction that ends a pass: they store where the main routine continues, and which timers
+    /// were started in this pass.
     fn end_effects(&self, routine: usize, place: usize) -> Vec<Effect> {
         let fired = |write| Effect { when: When::Fired, write };
         let place = self.position_bit(routine, place).map(|cell| fired(set(cell, true)));
@@ -413,7 +418,8 @@ impl Lowering<'_> {
         place.into_iter().chain(timers).collect()
     }
 
-    /// The value of an external choice: whether a timer that was started in an earlier pass has timed out.
+    /// A new external choice, whether a timer that was started in an earlier pass has timed out. `memory` is the bit
+    /// that says that it was started; `tenths` is its time.
     fn elapsed(&mut self, memory: Cell, tenths: u32) -> Logic {
         let over = ChoiceId(self.program.choices);
         let words = [tenths as u16, (tenths >> 16) as u16].map(WordSource::Const);
@@ -437,7 +443,8 @@ impl Lowering<'_> {
         Cell { area, index: bit }
     }
 
-    /// The value that a test of an input or output reads.
+    /// The expression for the value that a test of an input or output reads: its bit, or a new external choice for an
+    /// input without an image.
     fn test(&mut self, bit: u32) -> Logic {
         if self.latched || self.outputs.contains(&bit) {
             Logic::cell(self.bit(bit))
@@ -446,19 +453,20 @@ impl Lowering<'_> {
         }
     }
 
-    /// A bit that may have any value.
+    /// An expression for a bit that may have any value, from a new choice.
     fn free_bit(&mut self) -> Logic {
         self.program.choices += 1;
         Logic::Bit(BitSource::Free(ChoiceId(self.program.choices - 1)))
     }
 
-    /// A bit that something outside the program determines.
+    /// An expression for a bit that something outside the program determines, from a new choice.
     fn external_bit(&mut self) -> Logic {
         self.program.kinds.insert(ChoiceId(self.program.choices), ChoiceKind::External);
         self.free_bit()
     }
 
-    /// Records an over-approximation at the instruction that will be added next.
+    /// Records an over-approximation at the lowered instruction that will be added next, unless one is already recorded
+    /// for instruction `at` of the source.
     fn approximate(&mut self, at: usize, what: &str) {
         if self.reported.insert(at) {
             let instruction = self.program.instructions.len();
@@ -466,8 +474,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Adds an instruction for one of the source. `class` is the timing class, and whether the larger of the two times
-    /// always applies; without it the instruction takes no time.
+    /// Adds an instruction for instruction `at` of the source, and returns its index. `class` is the timing class, and
+    /// whether the larger of the two times always applies; without it the instruction takes no time.
     fn add(
         &mut self,
         at: usize,
@@ -505,7 +513,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Constrains the start of a pass to the reachable states. Both meanings of CNR TIM are covered.
+    /// Constrains the start of a pass to the states that can be reached from power-up, whether CNR TIM resets a timer
+    /// or keeps its remaining time. Real runs must satisfy the constraints for each of the two alone.
     fn invariant(&mut self) {
         self.program.invariants = self.starts(Reset::Either);
         let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
@@ -515,7 +524,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Formulas for the states in which a pass can begin; empty if these are too many.
+    /// Formulas that are true in every state in which a pass can begin, if CNR TIM has this effect, and in no others
+    /// that the search distinguishes. Empty if there are too many states.
     fn starts(&self, reset: Reset) -> Vec<Logic> {
         let Some(begun) = pass_starts(self.source, self.latched, reset) else { return Vec::new() };
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {

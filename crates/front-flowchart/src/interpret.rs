@@ -53,7 +53,7 @@ enum Timer {
     Old,
 }
 
-/// The part of the memory between passes that is known.
+/// What is known of the memory between two passes: outputs, timers, and where each routine continues.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub struct State {
     bits: BTreeMap<u32, bool>,
@@ -101,19 +101,19 @@ impl<'s> Machine<'s> {
         &self.state
     }
 
-    /// Whether an output is on. `None` if unknown.
+    /// Whether an output is on after the passes so far. `None` if nothing has set or read it yet.
     #[must_use]
     pub fn output(&self, bit: u32) -> Option<bool> {
         self.state.bits.get(&bit).copied()
     }
 
-    /// Whether a group runs. `None` if unknown.
+    /// Whether a group runs after the passes so far. `None` if they did not determine it.
     #[must_use]
     pub fn runs(&self, group: u32) -> Option<bool> {
         self.state.groups.get(&group).map(Option::is_some)
     }
 
-    /// Executes one pass.
+    /// Executes one pass. `plant` chooses the values that the program does not determine.
     pub fn pass(&mut self, plant: &mut impl Plant) -> PassResult {
         let source = self.source;
         let main = &source.routines[0];
@@ -136,7 +136,8 @@ impl<'s> Machine<'s> {
         pass
     }
 
-    /// Executes a routine from `start` until its turn ends; returns the instruction at which it continues.
+    /// Executes a routine from `start` until its turn ends, and adds its instructions to `ran`. Returns the instruction
+    /// at which its next turn begins (`None` for a group that has ended), and how the turn ended.
     fn turn(
         &mut self,
         routine: &Routine,
@@ -211,7 +212,8 @@ impl<'s> Machine<'s> {
         }
     }
 
-    /// The value that a test reads: the one written or read last. An input without image is read anew each time.
+    /// The value that a test reads: the one that was written or read last, otherwise one that `plant` chooses. Without
+    /// an input image, `plant` chooses an input's value at each test.
     fn bit(&mut self, bit: u32, plant: &mut impl Plant) -> bool {
         if !self.latched && !self.outputs.contains(&bit) {
             return plant.bit(bit);
@@ -233,7 +235,7 @@ impl<'s> Machine<'s> {
         Ended::Pass
     }
 
-    /// Whether the timer has timed out, which makes it idle again. An idle timer is started.
+    /// Executes TIM: starts an idle timer, and returns whether the timer has timed out. If it has, it is idle again.
     fn timer(&mut self, timer: u32, tenths: u32, plant: &mut impl Plant) -> bool {
         let unknown = || if plant.started(timer) { Timer::Old } else { Timer::Idle };
         let state = self.state.timers.entry(timer).or_insert_with(unknown);

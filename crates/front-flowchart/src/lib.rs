@@ -70,7 +70,7 @@ impl Project for Source {
     }
 }
 
-/// The CPU that the built-in table is for.
+/// The name of the CPU for which the built-in timing table is, used for every program of this dialect.
 pub const CPU: &str = "FLOWCHART-PC";
 
 /// Reads the only file.
@@ -91,7 +91,7 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
     read_text(&input.name, &text)
 }
 
-/// Reads a program from text.
+/// Reads a program from the text of a file with the name `name`.
 ///
 /// # Errors
 /// All errors.

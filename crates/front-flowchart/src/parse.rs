@@ -84,7 +84,7 @@ pub struct Listed {
     pub word: Mnemonic,
     /// The operand of the instruction; 0 if it has none.
     pub operand: u32,
-    /// The time of a timer, in tenths of a second.
+    /// The time of a TIM, in tenths of a second. `None` for other instructions.
     pub time: Option<u32>,
     /// The line of the instruction in the file, from 1.
     pub line: u32,
@@ -150,7 +150,7 @@ fn split(line: &str) -> (Vec<Token>, String) {
     (words, inner.unwrap_or(comment).trim().to_owned())
 }
 
-/// The mnemonic at the start of the words, and the number of words it takes.
+/// The mnemonic at the start of the words, and the number of words it takes. `None` if they begin with none.
 fn mnemonic(words: &[Token]) -> Option<(Mnemonic, usize)> {
     let begins = |parts: &&(&[&str], Mnemonic)| {
         parts.0.len() <= words.len() && parts.0.iter().zip(words).all(|(part, word)| word == *part)
@@ -196,7 +196,7 @@ fn is_head(words: &[Token]) -> bool {
     words.first().is_some_and(|one| one == "ADR" || one == "ADDRESS" || one == "LABEL")
 }
 
-/// Reads the list.
+/// Reads the instructions of a list in source order. A line with an error is reported and left out.
 pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
     let mut list = Vec::new();
     let mut line = 0_u32;

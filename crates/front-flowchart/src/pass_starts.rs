@@ -44,15 +44,17 @@ pub struct PassStarts {
 /// The effect of CNR TIM on a timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reset {
-    /// CNR TIM resets the timer.
+    /// CNR TIM resets the timer: the next TIM starts it with its full time.
     Nothing,
-    /// CNR TIM keeps the remaining time of the timer.
+    /// CNR TIM keeps the remaining time of the timer: the next TIM continues with it.
     Rest,
     /// CNR TIM may have either effect.
     Either,
 }
 
-/// The states in which a pass can begin; `None` if there are too many. `latched`: an input has one value during a pass.
+/// The states in which a pass can begin, found by a search from power-up. `None` if there are too many even without
+/// timers and outputs. `latched`: an input has one value during a pass, otherwise any value at each test. `reset` is
+/// the assumed effect of CNR TIM.
 #[must_use]
 pub fn pass_starts(source: &Source, latched: bool, reset: Reset) -> Option<PassStarts> {
     let every = |pick: &dyn Fn(Op) -> Option<u32>| -> BTreeSet<u32> {
@@ -123,7 +125,7 @@ fn follow(source: &Source, mut view: PassStarts) -> Option<PassStarts> {
     Some(view)
 }
 
-/// A pass that has not been followed to its end.
+/// A pass that was followed up to the instruction `at`, not to its end.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Walk {
     state: Start,
@@ -172,7 +174,7 @@ impl Walk {
         }
     }
 
-    /// The size of the state, for the limit of the search.
+    /// The size of the state, which counts towards [`MAX_STEPS`].
     fn size(&self) -> usize {
         let Start { groups, timers, outputs, .. } = &self.state;
         10 + groups.len() + timers.len() + outputs.len() + self.known.len() + self.fresh.len()
@@ -218,7 +220,7 @@ impl Walk {
         all
     }
 
-    /// The states after a GS, which may or may not restart a group that already runs.
+    /// The ways in which a pass can continue after a GS, which may or may not restart a group that already runs.
     fn start(self, source: &Source, group: u32) -> Vec<Next> {
         let head = source.groups().find(|(number, _)| *number == group);
         let head = head.map_or(0, |(_, routine)| routine.body.start);
@@ -278,8 +280,8 @@ impl Walk {
         Next::On(self)
     }
 
-    /// Gives the turn to the next running group from number `from` on; if there is none, the main routine continues at
-    /// `back`.
+    /// Gives the turn to the running group with the smallest number from `from` on; if there is none, the main routine
+    /// continues at `back`.
     fn groups(mut self, from: u32, back: usize) -> Next {
         let next = self.state.groups.range(from..).next().map(|(&group, &place)| (group, place));
         self.turn = next.map(|(group, _)| (group, back));

@@ -21,7 +21,7 @@ pub enum Op {
         /// Whether the test requires that the input or output is off.
         negated: bool,
     },
-    /// `TIM n #t`: starts the timer if it was not started; the condition is whether it has timed out.
+    /// `TIM n #t`: starts the timer if it was not started; the condition is whether it has timed out, which stops it.
     Timer {
         /// The number of the timer.
         timer: u32,
@@ -35,7 +35,8 @@ pub enum Op {
         /// Whether the output is turned on. Otherwise it is turned off.
         on: bool,
     },
-    /// `CNR TIM n`: resets the timer.
+    /// `CNR TIM n`: resets the timer with this number, or stops it and keeps its remaining time: the documents allow
+    /// both.
     ResetTimer(u32),
     /// `JMP L`: jumps to the instruction with this index.
     Jump(usize),
@@ -45,32 +46,32 @@ pub enum Op {
     Wait,
     /// `LBL n`: the target of jumps.
     Label(u32),
-    /// `GJ`: each started group runs until it waits.
+    /// `GJ`: each started group runs in the order of the numbers, until it waits or ends.
     Groups,
-    /// `GS n`: starts a group.
+    /// `GS n`: starts the group with this number at its head. Whether it restarts a running group is not documented.
     Start(u32),
-    /// `GOFF n`: stops a group.
+    /// `GOFF n`: stops the group with this number.
     Stop(u32),
-    /// `GN n`: the head of a group.
+    /// `GN n`: the head of the group with this number.
     Head(u32),
-    /// `GE n`: the end of a group.
+    /// `GE n`: the end of the group with this number. The group stops, and its turn ends.
     End(u32),
 }
 
 impl Op {
-    /// Whether the instruction is part of a condition.
+    /// Whether the instruction is a test, which is part of a condition: AND, AND NOT or TIM.
     #[must_use]
     pub fn is_test(self) -> bool {
         matches!(self, Op::And { .. } | Op::Timer { .. })
     }
 
-    /// Whether the instruction uses the condition before it.
+    /// Whether the instruction uses the condition that the tests before it compute: CJP or WAIT.
     #[must_use]
     pub fn uses_condition(self) -> bool {
         matches!(self, Op::JumpIf(_) | Op::Wait)
     }
 
-    /// Whether control never continues from the instruction to the next one.
+    /// Whether control never continues from the instruction to the next one: JMP or GE.
     #[must_use]
     pub fn leaves(self) -> bool {
         matches!(self, Op::Jump(_) | Op::End(_))
@@ -108,12 +109,13 @@ pub struct Source {
     pub instructions: Vec<Instruction>,
     /// The main routine, then the groups by number.
     pub routines: Vec<Routine>,
-    /// The comments after semicolons, by the number of the input or output.
+    /// The comments after semicolons, by the number of the input or output that the instruction on that line names.
     pub comments: BTreeMap<u32, String>,
 }
 
 impl Source {
-    /// The first instruction of the condition of a CJP or WAIT: its first test, or the instruction itself.
+    /// The index of the first instruction of the condition of the CJP or WAIT at index `asks`: its first test, or
+    /// `asks` if it has none.
     #[must_use]
     pub fn condition(&self, asks: usize) -> usize {
         let tests = self.instructions[..asks].iter().rev();
@@ -165,7 +167,7 @@ impl Source {
         tested.collect()
     }
 
-    /// The shortest time of a timer above 0, in tenths of a second. `None` if there is no timer.
+    /// The shortest time above 0 of a timer, in tenths of a second. `None` if no timer has such a time.
     #[must_use]
     pub fn shortest_timer(&self) -> Option<u32> {
         let times = self.instructions.iter().filter_map(|one| match one.op {
@@ -175,7 +177,8 @@ impl Source {
         times.min()
     }
 
-    /// The inner loops of the main routine: jumps back to a place other than its head, as indices of target and jump.
+    /// The inner loops of the main routine: jumps back to a place other than its head, as pairs of the target's index
+    /// and the jump's index.
     #[must_use]
     pub fn inner_loops(&self) -> Vec<(usize, usize)> {
         let Some(main) = self.routines.first() else { return Vec::new() };
@@ -188,7 +191,7 @@ impl Source {
 }
 
 impl Source {
-    /// Warnings about the program.
+    /// Warnings about the program: one for each inner loop of the main routine.
     #[must_use]
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let loops = self.inner_loops().into_iter().map(|(to, at)| {

@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct RoutinePositions {
     /// The bit that says whether the group runs; `None` for the main routine, which always runs.
     pub(super) runs: Option<Cell>,
-    /// One bit for each position. If none is on, the main routine is at its head.
+    /// One bit for each position, of which at most one is on. If none is on, the main routine is at its head, and a
+    /// group is stopped.
     pub(super) places: Vec<Cell>,
 }
 
@@ -21,7 +22,8 @@ pub(super) struct StartState {
     pub(super) on: BTreeSet<Cell>,
 }
 
-/// Formulas that are true exactly in these states. They say nothing about bits outside of `cells` and `routines`.
+/// Formulas that together are true exactly in these states. They say nothing about bits outside of `cells` and
+/// `routines`.
 pub(super) fn invariants(
     routines: &[RoutinePositions],
     states: &[StartState],

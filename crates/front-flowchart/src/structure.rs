@@ -6,7 +6,8 @@ use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Resolves the references of a list. Errors are reported, and the faulty parts are replaced by ones without effect.
+/// Resolves the labels, groups and timers of a list. Errors are reported, and the faulty parts are replaced by ones
+/// without effect.
 pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
     let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);
@@ -186,7 +187,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The index of the instruction to which a jump leads.
+    /// The index of the label to which the jump `one` in `routine` leads. Reports an error and returns `None` if there
+    /// is no such label, or if it is in another routine.
     fn target(&mut self, one: &Listed, routine: Option<&Routine>) -> Option<usize> {
         let n = one.operand;
         let Some(&target) = self.labels.get(&n) else {
@@ -208,7 +210,8 @@ impl Reader<'_, '_> {
         None
     }
 
-    /// Checks each condition: it must be tests, or one timer, directly before the CJP or WAIT that uses it.
+    /// Reports an error for each CJP or WAIT without a condition directly before it, for each test that no CJP or WAIT
+    /// uses, and for a condition that combines a timer with other tests.
     fn conditions(&mut self, source: &Source) {
         let list = &source.instructions;
         let mut found = Vec::new();
@@ -248,7 +251,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Checks that no routine continues into the next one.
+    /// Reports an error for each routine whose last instruction is not a JMP or GE, so that it would continue into the
+    /// next one.
     fn check_ends(&mut self, source: &Source) {
         for routine in source.routines.iter().filter(|routine| !routine.body.is_empty()) {
             let last = &source.instructions[routine.body.end - 1];

@@ -38,7 +38,8 @@ impl catalog::Vocabulary for Vocabulary {
     }
 }
 
-/// The role `a`: an output for pulses. If it is not a bit, it is an axis, whose parameters select an output: any Y.
+/// The role `a` of an operand: the output for pulses. If the operand is a bit, it is this output. Otherwise it is an
+/// axis, whose parameters select an output, so that any Y may be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Axis;
 
@@ -49,35 +50,36 @@ pub(crate) struct Extra {
     pub(crate) pulse: bool,
 }
 
-/// What an instruction does with an operand.
+/// What an instruction does with an operand: reads it, writes it, or both.
 pub(crate) type Role = catalog::Role<Axis>;
-/// One operand of an instruction.
+/// One operand in a catalog row: its role, and how many cells the instruction accesses from it on.
 pub(crate) type Operand = catalog::Operand<Axis>;
-/// One form of an instruction. Its mnemonic is written without the suffix P of the pulse form.
+/// One row of the catalog: one form of an instruction, with a fixed number of operands. Its mnemonic is written without
+/// the suffix P of the pulse form.
 pub(crate) type Entry = Row<Vocabulary>;
 
-/// What an instruction does to its destinations.
+/// What an instruction writes to its destinations. Unless said otherwise, it writes only when it fires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum InstructionEffect {
-    /// The destinations get any value when the instruction fires.
+    /// The destinations get any value when the instruction fires: the catalog has no exact effect for it.
     Havoc,
     /// The destinations may get any value whether the condition is true or false.
     HavocAlways,
     /// The destinations may get any value at any moment, even later than this scan: the instruction starts something
     /// that runs in parallel with the program.
     HavocAnytime,
-    /// The instruction writes no device, and needs a condition.
+    /// The instruction writes no device, but stands behind a condition, as an output of a rung.
     Nothing,
-    /// The instruction writes no device and needs no condition.
+    /// The instruction writes no device, and needs no condition before it, as NOP.
     Free,
     /// Copies the words of the first operand to the second. All are read before any is written.
     Copy,
-    /// Copies the first operand to each counted unit of the second.
+    /// Copies the first operand to each of the counted units (words or double words) of the second.
     Fill,
-    /// Adds the two sources, or the source to the destination.
+    /// Adds the two sources; with only two operands, adds the first operand to the second.
     Add,
-    /// Subtracts the second source from the first, or the source from the destination.
+    /// Subtracts the second source from the first; with only two operands, subtracts the first operand from the second.
     Subtract,
     /// Adds one to the operand.
     Increment,
@@ -91,7 +93,7 @@ pub enum InstructionEffect {
     WordXor,
     /// Bitwise exclusive NOR; operands as for `Add`.
     WordXnr,
-    /// Inverts every bit of the source.
+    /// Stores the source with every bit inverted in the last operand.
     WordNot,
     /// Negates the operand (two's complement).
     Negate,
@@ -107,7 +109,7 @@ pub enum InstructionEffect {
     SetBit,
     /// Clears the bit of the first operand whose number is the second operand (its low four bits).
     ResetBit,
-    /// Copies the bit with the next lower number to the bit, and clears the copied bit.
+    /// Copies the bit with the next lower number to the bit of the operand, and clears the copied bit.
     ShiftOne,
     /// Inverts the bit of the operand.
     Alternate,
@@ -120,20 +122,22 @@ pub enum InstructionEffect {
     Pairwise,
     /// Stores a text and a closing zero byte in the second operand.
     Text,
-    /// Sets one of three bits: the first operand is larger than the second, equal, or smaller.
+    /// Writes three consecutive bits, from the third operand on: whether the first operand is larger than the second,
+    /// equal, or smaller.
     Order,
 }
 
-/// What the catalog says about a mnemonic.
+/// The catalog row that applies to an instruction.
 #[derive(Debug, Clone)]
 pub struct CatalogMatch {
-    /// The row of the catalog for this mnemonic and number of operands.
+    /// The row for the mnemonic and its number of operands; a made-up one for a dedicated instruction that the catalog
+    /// does not list.
     pub entry: Cow<'static, Entry>,
     /// Whether the mnemonic is the pulse form, which executes on the rising edge of its condition.
     pub pulsed: bool,
 }
 
-/// Why the catalog has no row.
+/// Why the catalog has no row for an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotFound {
     /// The catalog has no such mnemonic.
@@ -149,7 +153,7 @@ pub enum NotFound {
 static CATALOG: LazyLock<Catalog<Vocabulary>> =
     LazyLock::new(|| Catalog::new(include_str!("catalog.csv")));
 
-/// All areas, in the column `also`.
+/// The word in the column `also` that stands for all areas: the instruction may write any device.
 pub const EVERYWHERE: &str = "*";
 /// Prefixes of the dedicated instructions of modules and networks.
 const DEDICATED: [&str; 12] =
@@ -176,9 +180,9 @@ const SYNCHRONOUS: [&str; 5] = ["BUFRCVS", "DATE+", "DATE-", "DATERD", "DEVLD"];
 const DEDICATED_WORDS: u64 = 6517;
 /// File access instructions: a word of their control data says how many words they move.
 const OF_FILES: [&str; 2] = ["FREAD", "FWRITE"];
-/// The largest number of words that this word can give.
+/// The largest number of words that a file access instruction moves.
 const FILE_WORDS: u64 = 65_535;
-/// A mnemonic is suggested only if at most one letter in this many differs.
+/// A mnemonic is suggested only if at most one letter in this many must be changed, but one change is always allowed.
 const LETTERS_PER_SLIP: usize = 3;
 
 /// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up
@@ -227,17 +231,17 @@ pub fn unpulsed(mnemonic: &str) -> Option<String> {
     mnemonic.strip_suffix('P').map(str::to_owned)
 }
 
-/// The names of all instructions, without pulse forms.
+/// The mnemonics of all catalog rows, without pulse forms.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     CATALOG.names()
 }
 
-/// The rows of a mnemonic as it is written in the catalog.
+/// The rows of a mnemonic as it is written in the catalog, one for each number of operands. `None` if there is none.
 pub(super) fn rows(name: &str) -> Option<&'static [Entry]> {
     CATALOG.rows(name)
 }
 
-/// The rows of an instruction; its mnemonic may be a pulse form.
+/// The rows of an instruction; of a pulse form, those rows that have one. `None` if there is none.
 pub(super) fn forms(mnemonic: &str) -> Option<Vec<&'static Entry>> {
     if let Some(rows) = rows(mnemonic) {
         return Some(rows.iter().collect());
@@ -285,7 +289,8 @@ fn dedicated(mnemonic: &str, operands: usize) -> CatalogMatch {
     CatalogMatch { entry: Cow::Owned(entry), pulsed }
 }
 
-/// The known mnemonic that is most similar to an unknown one, for a suggestion.
+/// The mnemonic of the catalog that is most similar to an unknown one, for a suggestion. `None` if none is similar
+/// enough.
 pub fn close(mnemonic: &str) -> Option<String> {
     let slips = (mnemonic.chars().count() / LETTERS_PER_SLIP).max(1);
     CATALOG

@@ -28,12 +28,12 @@ const HEADING_ROWS: usize = 4;
 /// The number of data rows that are examined if the headings are in an unknown language.
 const LOOKED_AT: usize = 6;
 
-/// The layout of a comment file.
+/// How a comment file is laid out: the delimiter, the number of records before the first comment, and the columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Layout {
     delimiter: u8,
     heading: usize,
-    /// The columns with comments; the first one that is not empty is used.
+    /// The columns with comments. Of each row, the first one that is not empty is used.
     columns: Vec<usize>,
 }
 
@@ -57,7 +57,8 @@ fn layout(beginning: &str) -> Option<Layout> {
     })
 }
 
-/// For headings in an unknown language: each data row must begin with a device and have a text.
+/// The layout of a file with headings in an unknown language. Each examined data row must begin with a device and have
+/// a second cell. `None` if this does not hold.
 fn shape(records: &[StringRecord], delimiter: u8) -> Option<Layout> {
     let is_row = |record: &StringRecord| record.len() >= 2 && is_device(&record[0]);
     let heading = records.iter().take(HEADING_ROWS + 1).position(is_row)?;
@@ -71,7 +72,7 @@ fn shape(records: &[StringRecord], delimiter: u8) -> Option<Layout> {
     })
 }
 
-/// Whether a word is a device name such as `X1F`, `ZR100` or `D0.5`.
+/// Whether a word looks like a device such as `X1F`, `ZR100` or `D0.5`: one or two capital letters and a number.
 fn is_device(word: &str) -> bool {
     let number = word.trim_start_matches(|c: char| c.is_ascii_uppercase());
     (1..=2).contains(&(word.len() - number.len()))

@@ -24,13 +24,15 @@ pub(super) enum Tool {
     Works3,
 }
 
-/// The layout of a CSV file.
+/// How a program's CSV is laid out, and what its heading rows say.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Layout {
+    /// The tool that wrote the file.
     pub(super) tool: Tool,
+    /// The CPU that the file names. `None` if it names none.
     pub(super) cpu: Option<String>,
     delimiter: u8,
-    /// The number of records before the first instruction.
+    /// The number of records before the first instruction, the row of column headings included.
     heading: usize,
     columns: usize,
 }
@@ -69,7 +71,7 @@ const INSTRUCTION: usize = 2;
 /// The column of the device.
 const DEVICE: usize = 3;
 
-/// The layout of a program's CSV, from the beginning of the file; `None` if the file is not such a CSV.
+/// The layout of a program's CSV, found in the first 8192 characters of the file. `None` if the file is not such a CSV.
 pub(super) fn layout(beginning: &str) -> Option<Layout> {
     // The headings are near the start: an unclosed quotation mark must not hide the whole file.
     let end = beginning.char_indices().nth(8192).map_or(beginning.len(), |(at, _)| at);
@@ -106,7 +108,7 @@ fn layout_with(beginning: &str, delimiter: u8, is_code: &dyn Fn() -> bool) -> Op
     None
 }
 
-/// Whether a text contains units of IEC 61131-3 (PROGRAM, FUNCTION).
+/// Whether a text is IEC 61131-3 code: it contains a keyword such as END_VAR or END_PROGRAM.
 fn is_code(text: &str) -> bool {
     const ENDS: [&str; 6] =
         ["END_VAR", "END_TYPE", "END_STRUCT", "END_PROGRAM", "END_STEP", "END_CONFIGURATION"];
@@ -116,7 +118,7 @@ fn is_code(text: &str) -> bool {
     text.split_whitespace().any(|own| ENDS.contains(&word(own).as_str()))
 }
 
-/// The tool and the CPU, from the rows above the headings.
+/// The tool and the CPU, from the rows above the headings. The CPU is `None` if no row names it.
 fn machine(above: &[StringRecord], heads: &StringRecord) -> (Tool, Option<String>) {
     for (index, row) in above.iter().enumerate().rev() {
         let Some((label, inline)) = row[0].split_once([':', '：']) else { continue };
@@ -140,7 +142,8 @@ fn is_works3_cpu(value: &str) -> bool {
     value.starts_with("RCPU") || value.starts_with("FX5")
 }
 
-/// The CPU type in a text such as `QCPU (Q mode) Q26UDV`: the last word with a digit, otherwise the first word.
+/// The CPU type in a text such as `QCPU (Q mode) Q26UDV`: the last word that begins with a letter and has a digit,
+/// otherwise the first word if it has only letters. `None` if there is neither.
 fn cpu(value: &str) -> Option<String> {
     let of_type = |word: &&str| {
         word.starts_with(|c: char| c.is_ascii_alphabetic())
@@ -167,7 +170,8 @@ fn reader(text: &str, delimiter: u8) -> ::csv::Reader<&[u8]> {
         .from_reader(text.as_bytes())
 }
 
-/// Reads a program's CSV.
+/// Reads the instructions of a program's CSV, and checks the file as a whole. Rows with errors are reported and left
+/// out.
 pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
     let mut body = Body { text, instructions: Vec::new(), open: None, steps: Vec::new(), faults };
     let mut lines = Lines { text, counted: 0, line: 1 };
@@ -206,7 +210,7 @@ pub(super) fn read(text: &str, layout: &Layout, faults: &mut Faults<'_>) -> Vec<
 struct StepRow {
     line: u32,
     step: u32,
-    /// The instruction, if the row begins one.
+    /// The instruction cell and the device cell; empty if the row has neither.
     instruction: String,
 }
 
@@ -280,7 +284,8 @@ fn first_line(text: &str) -> &str {
     text.lines().next().unwrap_or_default()
 }
 
-/// Counts the lines of the text while it is read from the beginning to the end.
+/// Counts the lines of the text while it is read from the beginning to the end: `line` is the line, from 1, at the byte
+/// offset `counted`.
 struct Lines<'a> {
     text: &'a str,
     counted: usize,
@@ -288,8 +293,8 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    /// Moves to the record that the CSV reader reports at a byte offset; line ends there may belong to the record
-    /// before. Returns its true offset.
+    /// Moves to the record that the CSV reader reports at a byte offset. The line ends there may belong to the record
+    /// before, so they are skipped. Returns the byte offset at which the record really begins.
     fn start_of(&mut self, byte: u64) -> usize {
         let bytes = self.text.as_bytes();
         let mut start =
@@ -308,6 +313,7 @@ impl Lines<'_> {
 struct Body<'a, 'f, 'n> {
     text: &'a str,
     instructions: Vec<RawInstruction>,
+    /// The instruction whose operands may continue on the next row.
     open: Option<Pending>,
     /// The rows that have a step number.
     steps: Vec<StepRow>,
@@ -320,7 +326,7 @@ struct Pending {
     step: Option<u32>,
     mnemonic: String,
     operands: Vec<String>,
-    /// The lines of the rows that belong to the instruction.
+    /// For the mnemonic and for each operand: the line of the row on which it stands.
     rows: Vec<u32>,
 }
 
@@ -406,7 +412,7 @@ impl Body<'_, '_, '_> {
         self.open = Some(Pending { line, step, mnemonic: mnemonic.to_owned(), operands, rows });
     }
 
-    /// Adds the pending instruction to the list.
+    /// Adds the pending instruction, if there is one, to the list of instructions.
     fn close(&mut self) {
         if let Some(Pending { line, step, mnemonic, operands, rows }) = self.open.take() {
             let places = WordPositions::Rows(rows.into());

@@ -1,4 +1,5 @@
-//! Decodes a MELSEC project to a program of `ir`, and returns all errors at once.
+//! Decodes a MELSEC project to a program of `ir`: resolves instructions and operands, checks the control structure, and
+//! lowers each instruction.
 
 use super::lower::Lowering;
 use super::memory::Family;
@@ -11,10 +12,13 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
 use scanbound_ir::Program;
 
-/// Decodes a project.
+/// Resolves, checks and lowers a project to a program of `ir`.
 ///
 /// # Errors
-/// All errors of all files.
+///
+/// If any diagnostic is an error: all diagnostics of all files, warnings included. Errors in the user's facts are added
+/// only if the files have none. A project with more instructions than the largest CPU of the family can hold gives that
+/// error alone.
 pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,

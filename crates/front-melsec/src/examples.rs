@@ -27,7 +27,7 @@ const FRAMES: [&str; 16] = [
     "LD X100\nOUT Y100\n{}",
 ];
 
-/// The instructions that are not in the catalog, with the operands of their forms.
+/// Instructions that are not in the catalog, each with the operands of its example lines.
 const NOT_IN_CATALOG: [(&str, &[&str]); 47] = [
     ("LD", &["X0"]),
     ("LDI", &["X0"]),
@@ -85,12 +85,13 @@ const KINDS: [&str; 4] = ["", "D", "E", "$"];
 /// The third part of comparison mnemonics: the relation.
 const RELATIONS: [&str; 6] = ["=", "<>", "<", "<=", ">", ">="];
 
-/// Prefixes of variants of an instruction.
+/// Prefixes that make the name of a related instruction, such as its double-word form.
 const BEFORE: [&str; 2] = ["D", "E"];
-/// Suffixes of variants of an instruction.
+/// Suffixes that make the name of a related instruction, such as its pulse form.
 const BEHIND: [&str; 4] = ["P", "_U", "P_U", "I"];
 
-/// The names of all instructions.
+/// The names of the instructions of which examples can be shown: contacts, coils and control instructions, comparison
+/// contacts, and those of the catalog with their pulse forms.
 pub fn all() -> Vec<String> {
     let own = NOT_IN_CATALOG.iter().map(|(name, _)| (*name).to_owned());
     let compare = JOINS.iter().flat_map(|join| {
@@ -105,7 +106,7 @@ pub fn all() -> Vec<String> {
     own.chain(compare).chain(listed).collect()
 }
 
-/// The name of an instruction's pulse form.
+/// The name of the pulse form of an instruction: `MOVP` of `MOV`, `+P_U` of `+_U`, `ZP.OPEN` of `Z.OPEN`.
 fn pulsed(name: &str) -> String {
     if let (true, Some((prefix, rest))) = (name.contains('.'), name.split_once('.')) {
         return format!("{prefix}P.{rest}");
@@ -118,7 +119,7 @@ fn pulsed(name: &str) -> String {
     format!("{name}P")
 }
 
-/// The example lines of an instruction; `None` if the family does not have it.
+/// The example lines of an instruction, and the names of its variants. `None` if there is no such instruction.
 pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let forms = forms(name, family)?;
     let all = all();
@@ -161,10 +162,11 @@ fn forms(name: &str, family: Family) -> Option<Vec<ExampleForm>> {
     Some(rows.into_iter().map(|row| form(&lines(row), &FRAMES)).collect())
 }
 
-/// The number of operand spellings that are tried.
+/// The number of example lines that are written for each catalog row, with different types of operands.
 const ALTERNATIVES: usize = 4;
 
-/// An example operand of the kind `sample`; `at` is its position among the operands.
+/// An example operand of the kind `sample`, in line number `other` of the alternatives; `at` is its position among the
+/// operands.
 fn operand(sample: Sample, at: usize, other: usize, family: Family) -> String {
     let place = at * 100;
     match sample {

@@ -27,7 +27,7 @@ use scanbound_front::{
 use scanbound_ir::Program;
 use source::RawProject;
 
-/// The dialects, and how each is recognised.
+/// The dialects of this front, with the test that recognises each from the beginning of a file.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: "melsec-csv",
@@ -50,10 +50,10 @@ static DIALECTS: [Dialect; 3] = [
     },
 ];
 
-/// The front for MELSEC.
+/// Reads MELSEC programs: the implementation of [`Front`] for the three dialects.
 pub struct Melsec;
 
-/// The entry for the list of fronts.
+/// The value of [`Melsec`] that the list of all fronts contains.
 pub const FRONT: Melsec = Melsec;
 
 impl Front for Melsec {
@@ -61,7 +61,8 @@ impl Front for Melsec {
         &DIALECTS
     }
 
-    /// Whether a file holds device comments: the tools name it COMMENT, and export it even if it is empty.
+    /// Whether a file holds device comments. Its contents decide; an empty file counts if it is named COMMENT, because
+    /// the tools export that file even without comments.
     fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let is_named = || scanbound_front::stem(name).eq_ignore_ascii_case("COMMENT");
         comments::sniff(beginning) || (beginning.trim().is_empty() && is_named())

@@ -29,7 +29,7 @@ const FOREIGN: [&str; 13] = [
 ];
 
 /// Whether a file begins like list text: its first instruction can begin a MELSEC program, and at least half of the
-/// first lines are common mnemonics or mnemonics with MELSEC devices.
+/// first 40 instruction lines are common mnemonics or mnemonics with MELSEC devices.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -80,7 +80,7 @@ fn is_device(word: &str) -> bool {
             && word.contains(|c: char| c.is_ascii_digit()))
 }
 
-/// Reads a file of list text.
+/// Reads the instructions of a list text, and checks the file as a whole. Lines with errors are reported and left out.
 pub(super) fn read(text: &str, faults: &mut Faults<'_>) -> Vec<RawInstruction> {
     let mut instructions = Vec::new();
     let mut number = 0_u32;
@@ -162,7 +162,7 @@ fn code(line: &str) -> &str {
     line
 }
 
-/// Removes a leading step number (`12`, `0012:`, `12:LD`) from the words, and returns it.
+/// Removes a leading step number (`12`, `0012:`, `12:LD`) from the words, and returns it. `None` if the line has none.
 fn take_step(words: &mut Vec<&str>) -> Option<u32> {
     let first = *words.first()?;
     let digits = first.find(|c: char| !c.is_ascii_digit()).unwrap_or(first.len());

@@ -2,7 +2,7 @@
 
 use scanbound_ir::{Area, AreaId, AreaKind, Cell, PowerUp, Radix, Region, Role};
 
-/// CPU families. They differ in device notation or in what instructions mean.
+/// A family of MELSEC CPUs. Families differ in device notation and in what some instructions mean.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Family {
     /// MELSEC-Q: Q02, QnU and others.
@@ -30,7 +30,8 @@ impl Family {
         }
     }
 
-    /// The program capacity of the family's largest CPU, in steps; an instruction takes at least one.
+    /// The program capacity of the largest CPU of the family, in steps. No program has more instructions, because each
+    /// takes at least one step.
     #[must_use]
     pub fn most_steps(self) -> usize {
         const K: usize = 1024;
@@ -43,7 +44,8 @@ impl Family {
         }
     }
 
-    /// The family of a CPU name (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`).
+    /// The family of a CPU by its name (`Q26UDV`, `FX3U/FX3UC`, `L26-BT`, `R08`). `None` if the name belongs to none of
+    /// them.
     #[must_use]
     pub fn of_cpu(cpu: &str) -> Option<Family> {
         let cpu = cpu.trim().to_ascii_uppercase();
@@ -62,7 +64,7 @@ impl Family {
         }
     }
 
-    /// The family by the short name that timing tables use.
+    /// The family by the short name that timing tables use: `q`, `l`, `fx`, `iqr` or `fx5`. `None` for any other text.
     #[must_use]
     pub fn named(name: &str) -> Option<Family> {
         Some(match name {
@@ -75,14 +77,14 @@ impl Family {
         })
     }
 
-    /// Whether inputs and outputs are numbered in octal.
+    /// Whether inputs and outputs are numbered in octal, as on the FX and FX5.
     #[must_use]
     pub fn octal_inputs(self) -> bool {
         matches!(self, Family::Fx | Family::Fx5)
     }
 }
 
-/// What a device name stands for.
+/// What kind of device a name stands for, and the areas that hold its cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DeviceType {
     /// A bit device, whose cells are in this area.
@@ -97,7 +99,7 @@ pub enum DeviceType {
     VolatileWord,
 }
 
-/// The three areas of timers, retentive timers or counters.
+/// The three areas that hold the cells of ordinary timers, of retentive timers, or of counters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timed {
     /// The area of the contacts.
@@ -106,19 +108,20 @@ pub struct Timed {
     pub coil: AreaId,
     /// The area of the present values.
     pub value: AreaId,
-    /// Whether contact and value are kept while the coil is off (retentive timers, counters).
+    /// Whether contact and present value are kept while the coil is off: retentive timers and counters.
     pub retentive: bool,
 }
 
 impl Timed {
-    /// The areas that may change if a write goes to an unknown device of this type.
+    /// The areas that may change if a write goes to an unknown device of this type: values, contacts, coils, and for
+    /// ordinary timers the hidden bits of [`Timed::ran`].
     pub fn areas(self) -> impl Iterator<Item = AreaId> {
         let memory = (self.contact == TIMER.contact).then_some(const { area("T ran ") });
         [self.value, self.contact, self.coil].into_iter().chain(memory)
     }
 
-    /// The hidden bit that records whether the coil of a non-retentive timer was on at its last execution. Only the
-    /// timer's own instructions write it.
+    /// The hidden bit that records whether the coil of ordinary timer number `index` was on when the timer was last
+    /// executed. Only instructions on this timer write it. `None` for retentive timers, long timers and counters.
     pub fn ran(self, index: u32) -> Option<Cell> {
         let is_plain = self.contact == TIMER.contact && !self.retentive;
         is_plain.then_some(Cell { area: const { area("T ran ") }, index })
@@ -172,7 +175,8 @@ const AREAS: [(&str, AreaKind); 43] = [
     ("T ran ", AreaKind::Bit),
 ];
 
-/// The regions that a network refreshes, if one is installed, with their descriptions.
+/// The regions that a network refreshes if one is installed, each with its name: the areas B, W, SB and SW. Empty for
+/// the FX.
 #[must_use]
 pub fn networks(family: Family) -> Vec<(Region, String)> {
     // The FX series links ordinary D and M, which cannot be told from unlinked ones.
@@ -185,8 +189,9 @@ pub fn networks(family: Family) -> Vec<(Region, String)> {
     names.iter().filter_map(cells).collect()
 }
 
-/// The state of a CPU after power-up with cleared memory. Edge relays, hidden bits, and long timers and counters are
-/// left out, because no manual page defines them.
+/// What is known about memory when a CPU of the family is switched on: the inputs, the areas that are 0 if memory was
+/// cleared, those of them that are latched by default, and the relay of the first scan. Edge relays, hidden bits, and
+/// long timers and counters are left out, because no manual page defines them.
 #[must_use]
 pub fn power_up(family: Family) -> PowerUp {
     let cleared = [
@@ -233,10 +238,11 @@ pub fn power_up(family: Family) -> PowerUp {
     }
 }
 
-/// The id of the area with this name in `AREAS`.
+/// The id of the area with this name: its index in the list of all areas.
 ///
 /// # Panics
-/// If there is no such area; only names from this list may be used.
+///
+/// If no area has this name. The names are those of that list, such as `D`, `T coil ` or `V index `.
 #[must_use]
 pub const fn area(name: &str) -> AreaId {
     let mut at = 0;
@@ -258,7 +264,7 @@ const fn is_same(a: &[u8], b: &[u8]) -> bool {
     at == a.len() && at == b.len()
 }
 
-/// All areas, with their radix in this family.
+/// All areas, with name, role, and the radix that their numbers have in this family. The id of an area is its index.
 #[must_use]
 pub fn areas(family: Family) -> Vec<Area> {
     AREAS
@@ -281,7 +287,8 @@ fn role(name: &str) -> Role {
     }
 }
 
-/// The radix of the numbers that follow a device name.
+/// The radix of the numbers that follow a device name: hexadecimal for inputs, outputs and link devices, octal for
+/// inputs and outputs of the FX and FX5, decimal for all others.
 #[must_use]
 pub fn radix(name: &str, family: Family) -> Radix {
     match name {
@@ -291,18 +298,19 @@ pub fn radix(name: &str, family: Family) -> Radix {
     }
 }
 
-/// The hidden bit with this number. An instruction remembers an earlier result in it.
+/// The hidden bit with this number. It keeps a result of one instruction until that instruction runs again, as edges
+/// need it.
 #[must_use]
 pub fn edge_memory(index: u32) -> Cell {
     Cell { area: area("edge "), index }
 }
 
-/// The name of a type of device, such as `D`.
+/// One of the names with which devices are written, such as `D`, `ZR` or `TN`.
 #[derive(Debug)]
 pub struct Name {
     /// The letters of the device name.
     pub letters: &'static str,
-    /// What the name stands for, unless the family defines something else.
+    /// What the name stands for, unless [`Name::kind`] makes an exception for the family or the number.
     kind: DeviceType,
 }
 
@@ -389,7 +397,8 @@ const fn timed([contact, coil, value]: [&str; 3], retentive: bool) -> Timed {
     Timed { contact: area(contact), coil: area(coil), value: area(value), retentive }
 }
 
-/// The device name at the start of a text, and the radix of its number: the longest name that a digit follows.
+/// The device name at the start of a text in upper case, and the radix of its number: the longest known name that a
+/// digit of this radix follows. `None` if there is none.
 #[must_use]
 pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
     let letters = text.bytes().take(LONGEST_NAME).take_while(u8::is_ascii_uppercase).count();
@@ -404,7 +413,8 @@ pub fn name_of(text: &str, family: Family) -> Option<(&'static Name, Radix)> {
 /// The length of the longest device name.
 const LONGEST_NAME: usize = 4;
 
-/// Whether the character may be a digit of this radix. For octal it accepts 8 and 9, which are reported later.
+/// Whether the character may be a digit of this radix. For octal 8 and 9 count, too, so that they can be reported as
+/// wrong.
 #[must_use]
 pub fn is_digit(byte: u8, radix: Radix) -> bool {
     match radix {
@@ -413,17 +423,18 @@ pub fn is_digit(byte: u8, radix: Radix) -> bool {
     }
 }
 
-/// Whether an FX timer's value changes while the scan runs: timers for subroutines, 1 ms timers, 100 ms retentive
-/// timers.
+/// Whether the FX timer with this number counts even while the scan runs: timers for subroutines (T192 to T199), and 1
+/// ms and 100 ms retentive timers and 1 ms timers (from T246 on).
 #[must_use]
 pub fn has_own_clock(timer: u32) -> bool {
     matches!(timer, 192..=199 | 246..)
 }
 
-/// The number of words of each function register: FD1 begins this many words after FD0.
+/// The number of words of a function register: `FD1` begins this many words after `FD0`.
 pub const FUNCTION_WORDS: u32 = 4;
 
-/// The device type of these letters in a family; `None` if it has no such device. For `index`, see [`Name::kind`].
+/// What these letters stand for in a family, for the device number `index`: see [`Name::kind`]. `None` if the family
+/// has no such device.
 #[must_use]
 pub fn kind(letters: &str, index: u32, family: Family) -> Option<DeviceType> {
     let at = NAMES.binary_search_by_key(&letters, |name| name.letters).ok()?;
@@ -431,8 +442,9 @@ pub fn kind(letters: &str, index: u32, family: Family) -> Option<DeviceType> {
 }
 
 impl Name {
-    /// The device type in a family; `None` if the family has no such device. `index` separates special relays and
-    /// registers of the FX from ordinary ones.
+    /// What the name stands for in a family, for the device number `index`. `None` if the family has no such device.
+    /// The number matters for the FX (special relays and registers, timers and counters that count in interrupts) and
+    /// for the high-speed counters of the FX5.
     #[must_use]
     pub fn kind(&self, index: u32, family: Family) -> Option<DeviceType> {
         // High-speed counters of the FX5 and long timers of iQ-R: no manual page says when their contacts change.

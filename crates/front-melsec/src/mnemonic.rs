@@ -22,7 +22,8 @@ pub(super) enum OperandType {
     Clock,
 }
 
-/// For a contact: how it is combined with the result, which edge it detects (rising: true), and whether it is negated.
+/// For the mnemonic of a contact: how it is combined with the result so far, which edge it detects (`Some(true)`:
+/// rising, `Some(false)`: falling), and whether it is negated. `None` if it is not a contact.
 pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     let (join, rest) = if let Some(rest) = mnemonic.strip_prefix("LD") {
         (Join::Load, rest)
@@ -46,7 +47,7 @@ pub(super) fn contact(mnemonic: &str) -> Option<(Join, Option<bool>, bool)> {
     })
 }
 
-/// The relation of a comparison symbol such as `>=`.
+/// The relation of a comparison symbol such as `>=`. `None` for any other text.
 pub(super) fn relation(symbol: &str) -> Option<Relation> {
     Some(match symbol {
         "=" => Relation::Equal,
@@ -59,7 +60,8 @@ pub(super) fn relation(symbol: &str) -> Option<Relation> {
     })
 }
 
-/// Splits the mnemonic of a comparison contact into its connection, operand type and relation.
+/// Splits the mnemonic of a comparison contact (`ANDD>=`) into its connection, operand type and relation. `None` if it
+/// is not one.
 pub(super) fn compared(mnemonic: &str) -> Option<(Join, OperandType, Relation)> {
     let at = mnemonic.find(['=', '<', '>'])?;
     let (head, rest) = mnemonic.split_at(at);

@@ -5,58 +5,65 @@ use std::borrow::Cow;
 use super::memory::{DeviceType, FUNCTION_WORDS, Family, Name, is_digit, name_of};
 use scanbound_ir::{Cell, Radix};
 
-/// The help text for an invalid operand.
+/// The help text of a diagnostic about an invalid operand.
 pub const HOW_TO_WRITE: &str =
     "write it as in the vendor's tool, such as X1F, D100, D100.A, K4M0, D0Z1, K10, H0FF";
 
 /// A parsed operand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Operand {
-    /// `K` or `H`: a constant of 32 bits, signed or unsigned.
+    /// `K` or `H`: an integer constant, from -2^31 to 2^32 - 1.
     Constant(i64),
-    /// `E`: a real constant as the bits of an IEEE 754 single.
+    /// `E`: a real constant in the range of single precision, as the bits of an IEEE 754 single.
     Real(u32),
-    /// `E`: a real constant that needs double precision.
+    /// `E`: a real constant that exceeds the range of single precision. Its value is not kept.
     Double,
-    /// `U3`: a module, by the upper digits of its start I/O number.
+    /// `U3`: a module, by the upper digits of its start I/O number (in hexadecimal, possibly with an index register).
+    /// The number is not kept.
     Module,
-    /// A string without its quotes.
+    /// A string, without its quotation marks.
     Text(String),
-    /// A pointer, such as `P50`.
+    /// A pointer (label), such as `P50`: its number.
     Pointer(u32),
-    /// An interrupt pointer, such as `I0`.
+    /// An interrupt pointer, such as `I0`: its number.
     Interrupt(u32),
-    /// A nesting level of a master control region, such as `N0`.
+    /// A nesting level of a master control region, from `N0` to `N14`.
     Nesting(u32),
-    /// A device.
+    /// A device, an indexed constant, or memory outside the program.
     Device(Device),
 }
 
-/// A device operand.
+/// An operand that names a device. Indexed constants (`K10Z1`), indirect access (`@D0`) and operands with a backslash
+/// (`U0\G5`, `J1\W5`, `BL0\S5`) are devices here, too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Device {
-    /// The device's letters (`D`, `ZR`); for an indexed constant `K` or `H`; empty for module and indirect access.
+    /// The device's letters (`D`, `ZR`); for an indexed constant `K` or `H`; for a step of an SFC block [`SFC_BLOCK`];
+    /// empty for indirect access and for other operands with a backslash.
     pub name: &'static str,
-    /// The place of the device.
+    /// Which device it is: bit, word, digit designation or other form, with its number where this is known.
     pub place: Place,
-    /// The index that is added to the device. `None` if there is none.
+    /// The index register that is added to the device number. `None` without an index, and for operands whose index is
+    /// not kept: indexed constants, indirect access, operands with a backslash, and an index after a bit number
+    /// (`D0.AZ1`).
     pub index: Option<Index>,
-    /// What the operand adds to the device: an index, a digit designation or a bit number.
+    /// Which further forms the operand uses: an index, a digit designation, a bit number, a backslash.
     pub modifiers: Modifiers,
-    /// For indirect access, the words that hold the address.
+    /// For indirect access, the words that hold the address. `None` for other operands, and where the text after the
+    /// `@` is not a device with a number or index.
     pub address: Option<AddressWords>,
 }
 
-/// What an operand has besides its device. Each combination is possible.
+/// The forms that an operand uses besides a plain device. Any number of them may be true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Modifiers {
-    /// Whether the operand is memory of a module or of a second station (`U0\\G5`, `J1\\W5`).
+    /// Whether the operand has a backslash (or yen sign): module access (`U0\G5`), link access (`J1\W5`) or a step of
+    /// an SFC block (`BL0\S5`).
     pub module: bool,
-    /// Whether the device has an index register, or indirect access.
+    /// Whether the operand has an index register in any part, or is an indirect access.
     pub indexed: bool,
     /// Whether the operand has a digit designation (`K4M0`).
     pub digits: bool,
-    /// Whether the operand is a bit of a word (`D0.3`).
+    /// Whether the operand selects a bit of a word by its number (`D0.3`, `U0\G5.3`).
     pub word_bit: bool,
 }
 
@@ -73,7 +80,7 @@ impl Modifiers {
     }
 }
 
-/// The two words that hold the address for indirect access.
+/// The two consecutive words that hold the address for an indirect access (`D0` and `D1` for `@D0`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AddressWords {
     /// The device type of the words that hold the address.
@@ -82,44 +89,50 @@ pub struct AddressWords {
     pub first: Option<u32>,
 }
 
-/// An index register, and the device to which its value is added.
+/// An index register of an operand, and the device number to which its value is added: `D100Z1`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Index {
-    /// The number of the device to which the index is added.
+    /// The device number as written (100); for a digit designation that of its first bit, for `FD` that of its first
+    /// word.
     pub number: u32,
-    /// For a bit of a word: the number of the bit.
+    /// The number of the bit, from 0 to 15, if the operand is a bit of a word. `None` otherwise.
     pub bit: Option<u8>,
     /// The letters of the index register: `Z`, `ZZ`, `LZ` or `V`.
     pub letters: &'static str,
-    /// The number of the index register.
+    /// The number of the index register; 0 if the operand gives none.
     pub register: u32,
 }
 
-/// The place of a device operand.
+/// Which device an operand means, as far as its text says. Numbers count devices; those of `FD` count words,
+/// [`FUNCTION_WORDS`] for each register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// One device, by its type and number.
+    /// One whole device (`D100`, `M5`, `T0`), by its type and number.
     At(DeviceType, u32),
     /// A bit of a word device: the word's number, and the bit from 0 to 15.
     BitOf(DeviceType, u32, u8),
     /// A digit designation (`K4M0`): the number of the first bit, and the number of digits (1 to 8) of four bits.
     Digits(DeviceType, u32, u8),
-    /// An indexed device of this type. `true`: a bit of an indexed word.
+    /// An indexed device of this type, whose number is not known here (`D100Z1`); also an indexed constant, as a
+    /// volatile word. `true`: a bit of an indexed word (`D0Z1.A`).
     Indexed(DeviceType, bool),
-    /// A digit designation with an index, and its number of digits.
+    /// A digit designation with an index (`K4M0Z1`): the type of its bits, and the number of digits.
     IndexedDigits(DeviceType, u8),
-    /// Indirect access (`@D0`): any word device.
+    /// Indirect access (`@D0`): a device of any type and number.
     Indirect,
-    /// Memory of a module or of a second station. `true`: a bit of such memory.
+    /// An operand with a backslash: memory of a module (`U0\G5`), a link device of a network (`J1\W5`), or a step of an
+    /// SFC block (`BL0\S5`). `true`: a bit of it; `false`: a word or a digit designation.
     Foreign(bool),
-    /// A relay with a constant value (`SM400`, `M8000`).
+    /// A relay that is always on (`true`: `SM400`, `M8000`) or always off (`false`: `SM401`, `M8001`).
     Fixed(bool),
-    /// The relay for the first scan (`SM402`, `M8002`): true in the first scan, or, with `false`, only after it.
+    /// A relay that tells the first scan. `true`: on in the first scan only (`SM402`, `M8002`); `false`: on in all
+    /// scans but the first (`SM403`, `M8003`).
     FirstScan(bool),
 }
 
 impl DeviceType {
-    /// The cell of an ordinary bit or word device; for a timer or counter, that of its contact.
+    /// The cell of the device with this number; for a timer or counter, that of its contact. `None` for a device that
+    /// changes without the program, because it has no cell.
     #[must_use]
     pub fn cell(self, index: u32) -> Option<Cell> {
         match self {
@@ -130,10 +143,11 @@ impl DeviceType {
     }
 }
 
-/// Parses an operand.
+/// Parses the text of one operand. Letters may be in upper or lower case; blanks around the operand are ignored.
 ///
 /// # Errors
-/// What is wrong with it, for a message (without a full stop).
+///
+/// What is wrong with the operand, as the text of a message (without a full stop).
 pub fn parse(text: &str, family: Family) -> Result<Operand, String> {
     if let Some(inner) = text.strip_prefix('"') {
         let inner = inner.strip_suffix('"').ok_or("the string has no closing quotation mark")?;
@@ -220,7 +234,7 @@ fn real(rest: &str, text: &str) -> Result<Operand, String> {
     }
 }
 
-/// Whether the text after `U` is a module number (at most `3E0`), possibly with an index register.
+/// Whether the text after `U` is a module number of one to three hexadecimal digits, possibly with an index register.
 fn is_module(rest: &str) -> bool {
     let (head, index) = rest.split_once('Z').unwrap_or((rest, "0"));
     (1..=3).contains(&head.len())
@@ -243,7 +257,7 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
     }
 }
 
-/// Splits a device into its name, its number, and the rest (`.A`, `Z3`).
+/// Splits the text of a device (in upper case) into its name, its number, and the rest (`.A`, `Z3`).
 fn split(text: &str, family: Family) -> Result<(&'static Name, u32, &str), String> {
     let (name, radix) = name_of(text, family).ok_or_else(|| unknown(text))?;
     let rest = &text[name.letters.len()..];
@@ -300,7 +314,7 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
     Ok(Device { name, place, index, modifiers, address: None })
 }
 
-/// Parses an indirect access. `text` is the part after the `@`.
+/// Parses an indirect access; `text` is the part after the `@`, which must be a device.
 fn indirect(text: &str, family: Family) -> Result<Device, String> {
     let address = device(text, family)?;
     let words = match address.place {
@@ -314,7 +328,8 @@ fn indirect(text: &str, family: Family) -> Result<Device, String> {
     Ok(Device { name: "", place: Place::Indirect, index: None, modifiers, address: words })
 }
 
-/// A constant with an index register: a word that may have any value.
+/// The operand for a constant with an index register; `name` is `K` or `H`. It is a word that may have any value at
+/// each read.
 fn indexed_constant(name: &'static str) -> Operand {
     let place = Place::Indexed(DeviceType::VolatileWord, false);
     let modifiers = Modifiers { indexed: true, ..Modifiers::default() };
@@ -328,14 +343,16 @@ fn is_indexed_constant(text: &str, radix: Radix, family: Family) -> bool {
     end.is_some_and(|end| end > 0 && is_index(&text[end..], family))
 }
 
-/// The index register in a suffix: its letters, and its number (0 if missing).
+/// The index register with which a suffix begins: its letters, and its number (0 if missing). `None` if it begins with
+/// none.
 fn index_of(suffix: &str) -> Option<(&'static str, u32)> {
     let letters = ["LZ", "ZZ", "Z", "V"].into_iter().find(|name| suffix.starts_with(name))?;
     let digits = &suffix[letters.len()..];
     if digits.is_empty() { Some((letters, 0)) } else { Some((letters, digits.parse().ok()?)) }
 }
 
-/// Whether the suffix is an index register of the family: `Z3`, on the FX also `V3`, on iQ-R also `LZ0`.
+/// Whether the suffix is an index register: `Z3`, `ZZ0` or `LZ0` on all families, on the FX and FX5 also `V3` and
+/// letters without a number.
 fn is_index(suffix: &str, family: Family) -> bool {
     let digits = suffix
         .strip_prefix("LZ")
@@ -371,11 +388,12 @@ fn digits(text: &str, count: u8, family: Family) -> Result<Operand, String> {
     Ok(Operand::Device(Device { name, place, index, modifiers, address: None }))
 }
 
-/// The device name of a step in an SFC block.
+/// The name, in [`Device::name`], of a step of an SFC block (`BL0\S5`).
 pub const SFC_BLOCK: &str = "BL";
 
-/// Parses `U0\G74`, `U3E0\HG0`, `J1\W10`, `BL0\S5`. Each part may have an index, a word may have a bit number, and each
-/// part may have a digit designation.
+/// Parses an operand with a backslash or yen sign (in upper case): module access `U0\G74` or `U3E0\HG0`, link access
+/// `J1\W10`, or a step of an SFC block `BL0\S5`. Each part may have an index and a digit designation; the device may
+/// have a bit number.
 fn foreign(text: &str, family: Family) -> Result<Operand, String> {
     let wrong = || format!("`{text}`: write module access as U0\\G100, link access as J1\\W10");
     let (unit, rest) = text.split_once(['\\', '¥']).ok_or_else(wrong)?;
@@ -433,7 +451,8 @@ fn without_digits(part: &str) -> (bool, &str) {
     }
 }
 
-/// The bit number and the index after a device number; either may come first (`D0.AZ1`, `D0Z1.A`).
+/// The bit number (`None` without one) and the index text (empty without one) after a device number; either may come
+/// first (`D0.AZ1`, `D0Z1.A`).
 fn bit_and_index<'s>(text: &str, suffix: &'s str) -> Result<(Option<u8>, Cow<'s, str>), String> {
     let Some((before, rest)) = suffix.split_once('.') else {
         return Ok((None, Cow::Borrowed(suffix)));

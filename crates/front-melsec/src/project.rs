@@ -6,15 +6,18 @@ use scanbound_base::code::Code;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, shown, stem};
 
-/// Words that occur in files of these dialects, to recognise the code page.
+/// Words in the headings of program and comment files, in several languages, by which the code page of a file is
+/// recognised.
 pub(super) fn known_words() -> Vec<&'static str> {
     csv::MARKS.into_iter().chain(comments::MARKS).collect()
 }
 
-/// Reads programs, all in one `dialect`, and comment files.
+/// Reads programs, all in one `dialect`, and comment files. The programs keep their order, in which they run in a scan.
+/// An unreadable comment file gives only a warning.
 ///
 /// # Errors
-/// All errors of all files.
+///
+/// All diagnostics of all files, warnings included, if at least one is an error.
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],
@@ -75,8 +78,8 @@ fn read_program(dialect: &Dialect, input: &Input, faults: &mut Faults<'_>) -> Op
     })
 }
 
-/// Checks that all files are for the same CPU. For example, FX numbers inputs and outputs in octal, Q and L in
-/// hexadecimal.
+/// Reports each file that names another CPU than the first file that names one: as an error if only one of them is an
+/// FX or FX5, because these number inputs and outputs in octal; otherwise as a warning.
 fn check_cpus(project: &mut RawProject) {
     let mut named = project.files.iter().filter_map(|file| Some((file, file.cpu.as_deref()?)));
     let Some((first, cpu)) = named.next() else { return };

@@ -20,36 +20,39 @@ const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 /// Instructions that call, stop or start programs by name; each has a pulse form.
 const SWITCH_PROGRAMS: [&str; 6] = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
 
-/// What decoding needs besides the source.
+/// The options of decoding a project.
 pub struct DecodeOptions<'a> {
     /// The CPU family of the project.
     pub family: Family,
-    /// Whether the timing table has a user-defined instruction of this name.
+    /// Whether the timing table has a row for a user-defined instruction of this name (as written in the source).
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
-    /// The user's facts.
+    /// What the user states about the project in the facts file.
     pub facts: &'a Facts,
-    /// Whether calls of missing routines take no time: see [`scanbound_front::Options`].
+    /// Whether a call of a routine that is not in the given files takes no time, instead of being an error: see
+    /// [`scanbound_front::Options`].
     pub absent_calls_take_no_time: bool,
 }
 
-/// A project whose instructions are each resolved.
+/// A project with the resolved form of each instruction.
 pub(super) struct Resolved<'a> {
     pub(super) project: &'a RawProject,
     /// The instructions of all files, one file after another.
     pub(super) items: Vec<Item<'a>>,
-    /// The range of items of each file.
+    /// For each file, in the order of the project: the range of its instructions in `items`.
     pub(super) files: Vec<Range<usize>>,
 }
 
 impl Resolved<'_> {
-    /// The file whose program has this name; a file name extension in `name` is ignored.
+    /// The index of the file whose program has this name; a file name extension in `name` is ignored. `None` if no
+    /// given file has it.
     pub(super) fn named(&self, name: &str) -> Option<usize> {
         let stem = name.split('.').next().unwrap_or(name);
         self.project.files.iter().position(|file| file.program.eq_ignore_ascii_case(stem))
     }
 
-    /// Which programs need not run in every scan: those that are called by name (their type is usually standby) and
-    /// those that are stopped. If an operand is not a name, it may mean any program.
+    /// For each file: whether its program need not run in every scan. These are the programs that are called by name
+    /// (their type is usually standby), and those that instructions stop or start. If an operand is not a known name,
+    /// it may mean any program.
     pub(super) fn may_be_skipped(&self) -> Vec<bool> {
         let mut skip_targets = vec![false; self.files.len()];
         for item in &self.items {
@@ -71,18 +74,19 @@ impl Resolved<'_> {
     }
 }
 
-/// A resolved instruction.
+/// An instruction with its category and its parsed operands; other parts of this crate call it an item, and refer to it
+/// by its index in [`Resolved::items`].
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
     /// The mnemonic in upper case.
     pub(super) name: Cow<'a, str>,
     /// The category of the instruction, and its data.
     pub(super) category: Category,
-    /// The parsed operands of the instruction, or why one is invalid.
+    /// Each operand parsed, or what is wrong with it.
     pub(super) operands: Vec<Result<Operand, String>>,
 }
 
-/// An error at an instruction; `part` is a slice of the instruction's text or one of its words.
+/// Makes an error at an instruction; `part` is a slice of its text or one of its words, at which the message points.
 pub(super) fn fault(
     raw: &RawInstruction,
     file: &RawFile,
@@ -93,7 +97,7 @@ pub(super) fn fault(
     raw.caret(file).at(part, code, &file.name, message, help).at_step(raw.step)
 }
 
-/// The error that says that the instruction does not have `count` operands. `None` if it has.
+/// The error for an instruction that does not have `count` operands. `None` if it has.
 pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> Option<Diagnostic> {
     let found = raw.operands.len();
     let message = || format!("`{}` takes {}, but has {found}", raw.mnemonic, operands(count));
@@ -102,17 +106,18 @@ pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> 
     (found != count).then(|| fault(raw, file, (Code::OperandCount, part), message(), help))
 }
 
-/// The category of an instruction.
+/// What an instruction is, which decides how it is lowered.
 pub(super) enum Category {
+    /// A contact that reads a bit: LD, ANI, ORP and similar.
     Contact {
         join: Join,
         /// The edge that the contact detects: rising (`true`), falling (`false`), or none.
         rising: Option<bool>,
         negated: bool,
     },
-    /// A comparison contact.
+    /// A contact that compares two operands.
     Comparison { join: Join, sort: OperandType, relation: Relation },
-    /// A contact that is true while a program runs.
+    /// A contact that is true while the program in its operand runs (PCHK and similar).
     ProgramCheck(Join),
     /// An instruction that connects two blocks of contacts: ANB or ORB.
     Block,
@@ -120,15 +125,16 @@ pub(super) enum Category {
     Branch,
     /// An instruction that changes the result of the rung (INV, MEP, EGP and similar).
     Result,
-    /// An instruction of the control structure.
+    /// A jump, call, loop, label, end or similar.
     Control(Control),
     /// A coil: OUT, SET and similar instructions.
     Coil,
-    /// An application instruction of the catalog.
+    /// An application instruction that the catalog lists.
     Listed(CatalogMatch),
     /// A user-defined instruction with a row in the timing table.
     User,
-    /// An unknown instruction, which was already reported. `is_output`: it counts as the output of its rung.
+    /// An instruction that is unknown, not supported, or has a wrong number of operands, which was already reported.
+    /// `is_output`: it counts as the output of its rung.
     Unknown { is_output: bool },
 }
 
@@ -139,9 +145,9 @@ pub(super) enum Control {
     Label(u32),
     /// The start of an interrupt program.
     Interrupt,
-    /// A jump to a label.
+    /// A jump to a label: CJ, SCJ, JMP.
     Jump,
-    /// A jump to the program's end.
+    /// A jump to the END of the program (GOEND).
     JumpToEnd,
     Call,
     /// RET; it also ends a step ladder.
@@ -161,7 +167,8 @@ pub(super) enum Control {
     LadderState,
 }
 
-/// Resolves the instructions of a project, and reports the unknown ones.
+/// Resolves the instructions of a project, and reports the unknown ones. After too many errors in a file, the rest of
+/// that file is left out.
 pub(super) fn resolve<'a>(
     project: &'a RawProject,
     options: &DecodeOptions<'_>,

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::{Caret, WordPositions};
 
-/// One instruction as written.
+/// One instruction (or label) as written in the source, not interpreted yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawInstruction {
     /// The line on which the instruction begins, from 1.
     pub line: u32,
-    /// The step number, if the source has one.
+    /// The step number that the source gives the instruction. `None` if it gives none.
     pub step: Option<u32>,
     /// The mnemonic as written (`LD`, `D+P`, `SwOp0`), or a label on its own (`P50`, `I0`).
     pub mnemonic: String,
@@ -19,12 +19,12 @@ pub struct RawInstruction {
     pub operands: Vec<String>,
     /// Mnemonic and operands, separated by single blanks.
     pub text: Arc<str>,
-    /// The positions of the instruction's words in the source.
+    /// The positions in the source of the mnemonic and of each operand, for messages that point at one of them.
     pub places: WordPositions,
 }
 
 impl RawInstruction {
-    /// The data with which a diagnostic can point at a part of the instruction.
+    /// The data from which a diagnostic finds the column of a part of the instruction, in the given file.
     pub(crate) fn caret<'a>(&'a self, file: &'a RawFile) -> Caret<'a> {
         Caret {
             line: self.line,
@@ -44,11 +44,11 @@ pub struct RawFile {
     pub name: String,
     /// The program's name: the file name without directory and extension.
     pub program: String,
-    /// The CPU as the file names it (`Q26UDV`, `FX3U/FX3UC`, `R08`).
+    /// The CPU as the file names it (`Q26UDV`, `FX3U/FX3UC`, `R08`). `None` if it names none, as in list text.
     pub cpu: Option<String>,
     /// The instructions in source order.
     pub instructions: Vec<RawInstruction>,
-    /// The text of the file, of which messages show lines; empty for a CSV file.
+    /// The whole text of a list file, from which messages show lines; empty for a CSV file.
     pub source: String,
 }
 
@@ -59,7 +59,7 @@ pub struct RawProject {
     pub dialect: &'static str,
     /// The program files in the order in which they run.
     pub files: Vec<RawFile>,
-    /// Device comments by the device name as written.
+    /// The comment of each device, by the device name as written in the comment file.
     pub comments: BTreeMap<String, String>,
     /// Warnings that do not stop the audit.
     pub warnings: Vec<Diagnostic>,

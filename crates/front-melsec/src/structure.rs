@@ -20,45 +20,49 @@ const MAX_NESTING: usize = 64;
 /// On the FX, P63 means END and needs no label.
 const END_OF_FX: u32 = 63;
 
-/// What an item does in the control structure. Other items are referred to by their indices.
+/// What an item (an instruction, see [`Item`]) does in the control structure. Numbers are the indices of other items,
+/// unless said otherwise.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Part {
     /// A pointer label.
     Label,
     /// The start of an interrupt program.
     Interrupt,
-    /// A jump to the item with this index.
+    /// A jump (also a BREAK) to the item with this index.
     Jump(usize),
     /// A call of the routine that begins at this item.
     Call(usize),
-    /// A call of a missing routine. The text is the routine's name in the facts file.
+    /// A call of a routine that is not in the given files, with the routine's name in the facts file.
     Absent(String),
-    /// The end of a routine.
+    /// A return from a routine or interrupt program.
     Return,
     /// The end of a step ladder.
     LadderEnd,
-    /// The end of a program.
+    /// An END or FEND.
     End,
     /// A stop of the CPU.
     Stop,
-    /// A NEXT; the number is the item of the FOR that begins its loop.
+    /// The start of a loop (FOR), with the item of its NEXT; the item of the FOR itself as long as the NEXT is not
+    /// known.
     For(usize),
+    /// The end of a loop (NEXT).
     Next,
     /// The start of a master control region of this nesting level.
     Master(u32),
     /// The end of all regions from this nesting level on.
     MasterEnd(u32),
-    /// A state of a step ladder, with the relays that must all be on.
+    /// The start of a step ladder state, with the step relays that must all be on for the state to be active.
     LadderState(Vec<Cell>),
 }
 
 /// The master control region and the step ladder state in which an item is.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Site {
-    /// The item that begins the innermost region that may prevent this item from acting: a master control region or a
-    /// state.
+    /// The item that begins the innermost region around this item, a master control region or a step ladder state,
+    /// which may prevent this item from acting. `None` if there is none. The item that begins a region is outside of
+    /// it.
     pub(super) master: Option<usize>,
-    /// The item that begins the step ladder state in which this item is.
+    /// The item that begins the step ladder state in which this item is. `None` outside of states.
     pub(super) state: Option<usize>,
 }
 
@@ -67,16 +71,17 @@ pub(super) struct Site {
 pub(super) struct Structure {
     /// The control items by index. An item with a reported error is missing.
     parts: BTreeMap<usize, Part>,
-    /// The regions around each item.
+    /// For each item: the regions in which it is.
     sites: Vec<Site>,
-    /// For each file whose program need not run in every scan: the END to which it jumps when it does not run.
+    /// For each file: the END to which its program jumps when it does not run. `None` if the program runs in every
+    /// scan.
     skip_targets: Vec<Option<usize>>,
     /// The files that contain only routines and do not run by themselves.
     standby: BTreeSet<usize>,
 }
 
 impl Structure {
-    /// What an item does in the control structure. `None` if nothing.
+    /// What an item does in the control structure. `None` if nothing, or if an error in it was reported.
     pub(super) fn part(&self, item: usize) -> Option<&Part> {
         self.parts.get(&item)
     }
@@ -86,7 +91,8 @@ impl Structure {
         self.sites.get(item).copied().unwrap_or_default()
     }
 
-    /// The END to which a file's program may jump at once, if the program need not run in every scan.
+    /// The END (an item) to which a file's program may jump at once, because it need not run in every scan. `None` if
+    /// it runs in every scan.
     pub(super) fn skip_target(&self, file: usize) -> Option<usize> {
         self.skip_targets.get(file).copied().flatten()
     }
@@ -97,7 +103,8 @@ impl Structure {
     }
 }
 
-/// Builds the control structure, and reports all errors in it.
+/// Builds the control structure, and reports the errors in it. Jumps are checked only if nothing else was wrong before,
+/// and ends of routines only if the jumps are right.
 pub(super) fn structure(
     resolved: &Resolved<'_>,
     options: &DecodeOptions<'_>,
@@ -146,7 +153,8 @@ impl OpenRegion {
     }
 }
 
-/// The name of a routine in the facts file.
+/// The name of a routine in the facts file: `MAIN:P10` with a program, `P10` without. It is normalized, so that it can
+/// be compared.
 fn routine(program: Option<&str>, label: u32) -> String {
     // The text after a dot is the program's file name extension.
     let stem = |program: &str| program.split('.').next().unwrap_or(program).to_owned();
@@ -170,10 +178,11 @@ struct UnresolvedJump {
 struct Transfer {
     from: usize,
     to: usize,
-    /// The innermost master control regions of both items.
+    /// The innermost regions around both items, which a jump must not cross; two times `None` for transfers to END.
     masters: [Option<usize>; 2],
 }
 
+/// Builds the control structure item by item, and reports the errors in it.
 struct Checker<'r, 'f> {
     resolved: &'r Resolved<'r>,
     options: &'r DecodeOptions<'r>,
@@ -183,13 +192,15 @@ struct Checker<'r, 'f> {
     file: usize,
     /// The labels of each file, and the items where they are.
     labels: Vec<BTreeMap<u32, usize>>,
+    /// The jumps and calls so far. Their labels are resolved when all files are read.
     wanted: Vec<UnresolvedJump>,
+    /// The control transfers so far that are checked later: jumps, and the skips over states and programs.
     transfers: Vec<Transfer>,
     /// The FOR items of open loops.
     loops: Vec<usize>,
-    /// The master control regions that are open.
+    /// The master control regions and step ladder states that are open, the outermost first.
     masters: Vec<OpenRegion>,
-    /// The step ladder state that is open, and the region in which it began.
+    /// The item of the step ladder state that is open, and the item of the innermost region around it.
     state: Option<(usize, Option<usize>)>,
 }
 
@@ -240,7 +251,8 @@ impl<'r> Checker<'r, '_> {
         self.end_of_file(items.end);
     }
 
-    /// Finds what a control instruction does, and opens or closes the region or loop.
+    /// Finds what a control instruction does, and opens or closes its region or loop. `None` if this is found later
+    /// (jumps and calls by label), or if an error was reported.
     fn control(&mut self, at: usize, control: Control) -> Option<Part> {
         let count = match control {
             Control::Break | Control::Master => 2,
@@ -290,7 +302,7 @@ impl<'r> Checker<'r, '_> {
         fits
     }
 
-    /// A parsed operand; reports an error if it is invalid.
+    /// Operand `n` of an item; reports an error and returns `None` if it is invalid.
     fn operand(&mut self, at: usize, n: usize) -> Option<&'r Operand> {
         let item = self.item(at);
         match &item.operands[n] {
@@ -309,7 +321,7 @@ impl<'r> Checker<'r, '_> {
         None
     }
 
-    /// The label number in operand `n` of an item.
+    /// The label number in operand `n` of an item; reports an error and returns `None` if the operand is not a label.
     fn pointer(&mut self, at: usize, n: usize) -> Option<u32> {
         match self.operand(at, n)? {
             Operand::Pointer(label) => Some(*label),
@@ -358,7 +370,7 @@ impl<'r> Checker<'r, '_> {
         to.map(Part::Jump)
     }
 
-    /// The first END of a file's program that follows an item.
+    /// The first END or FEND of a file at item `from` or after it. `None` if there is none.
     fn end_behind(&self, file: usize, from: usize) -> Option<usize> {
         let is_end =
             |at: &usize| matches!(self.item(*at).category, Category::Control(Control::End));
@@ -382,7 +394,7 @@ impl<'r> Checker<'r, '_> {
         None
     }
 
-    /// The name of a program in the first operand of an item.
+    /// The name of a program in the first operand of an item; reports an error and returns `None` if it is not a text.
     fn program(&mut self, at: usize) -> Option<&'r str> {
         match self.operand(at, 0)? {
             Operand::Text(name) => Some(name),
@@ -390,7 +402,8 @@ impl<'r> Checker<'r, '_> {
         }
     }
 
-    /// Handles a call of a program that is missing.
+    /// The part for a call of a program that is not in the given files: an absent routine if that is allowed; otherwise
+    /// reports an error and returns `None`.
     fn without_program(&mut self, at: usize, program: &str, label: u32) -> Option<Part> {
         let name = routine(Some(program), label);
         if self.may_lack(&name) {
@@ -406,7 +419,8 @@ impl<'r> Checker<'r, '_> {
         None
     }
 
-    /// Whether a call of this missing routine is allowed because its time is stated.
+    /// Whether a call of this missing routine is allowed: its time is stated in the facts, or the option says that such
+    /// calls take no time.
     fn may_lack(&self, name: &str) -> bool {
         self.options.absent_calls_take_no_time || self.options.facts.calls.contains_key(name)
     }
@@ -505,8 +519,8 @@ impl<'r> Checker<'r, '_> {
         Some(Part::LadderState(relays))
     }
 
-    /// Ends the step ladder state that is open before an item, if there is one; the jump over the state leads to that
-    /// item.
+    /// Ends the step ladder state that is open before an item; the jump over the state leads to that item. Returns
+    /// whether a state was open.
     fn close_state(&mut self, at: usize) -> bool {
         let Some((begin, around)) = self.state.take() else { return false };
         self.masters.retain(|region| matches!(region, OpenRegion::Master(..)));
@@ -515,7 +529,8 @@ impl<'r> Checker<'r, '_> {
         true
     }
 
-    /// Reports the loops and regions that are still open at the end of a file.
+    /// Ends the state that is open at the end of a file, and reports the first loop and the first region that are still
+    /// open.
     fn end_of_file(&mut self, end: usize) {
         self.close_state(end);
         let (loops, masters) = (take(&mut self.loops), take(&mut self.masters));

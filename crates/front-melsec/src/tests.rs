@@ -1,4 +1,4 @@
-//! Decoding, instruction by instruction, and every fault that it finds.
+//! Tests of decoding, instruction by instruction, and of every error that it reports.
 
 use super::decode::{DecodeOptions, decode};
 use crate::catalog::{Extent, Role, find};
@@ -65,7 +65,7 @@ fn program(text: &str) -> Program {
     on(Family::Q, text).unwrap_or_else(|faults| panic!("{text}: {faults:?}"))
 }
 
-/// The codes and lines of the faults.
+/// The codes and lines of the diagnostics that decoding the text gives.
 fn faults(text: &str) -> Vec<(&'static str, Option<u32>)> {
     let faults = on(Family::Q, text).expect_err("a fault");
     faults.iter().map(|fault| (fault.code.name(), fault.line)).collect()
@@ -235,7 +235,8 @@ fn user_instructions_lose_their_operands() {
     assert_eq!(p.approximations.len(), 1);
 }
 
-/// Operands that an instruction of the catalog takes; what the catalog does not know takes words.
+/// The text of `count` operands with which the instruction decodes, each after a blank. If the catalog does not know
+/// the instruction, they are words.
 fn operands(mnemonic: &str, count: usize) -> String {
     let entry = find(mnemonic, count).map(|found| found.entry.into_owned());
     let mut text = String::new();
@@ -262,7 +263,8 @@ const STRUCTURES: [&str; 17] = [
     "NEXT", "BREAK", "ECALL", "CJ",
 ];
 
-/// A rung around an instruction, or nothing for those that need a structure of their own.
+/// The text of a rung around an instruction with `count` operands. `None` for instructions that need a structure of
+/// their own, such as loops.
 fn rung(mnemonic: &str, count: usize) -> Option<String> {
     let compares = mnemonic.contains(['=', '<', '>']) && !mnemonic.starts_with("BKCMP");
     let is_label = mnemonic.contains("<n>");
@@ -335,7 +337,7 @@ fn high_speed_counters_of_the_fx_are_taken_as_any_value() {
     on(Family::Fx, &text.replace(';', "\n")).expect("a program");
 }
 
-/// Whether the second instruction may leave any value in a cell.
+/// Whether the second instruction havocs this cell.
 fn loses(p: &Program, area: &str, index: u32) -> bool {
     let cell = Cell { area: crate::memory::area(area), index };
     p.instructions[1]

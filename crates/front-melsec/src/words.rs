@@ -10,7 +10,7 @@ use scanbound_front::{Faults, shown};
 /// The largest number of instructions of a file, because of memory use. The largest CPUs hold 1,200 K steps; real
 /// projects have some ten thousand instructions.
 const MAX_INSTRUCTIONS: usize = 400_000;
-/// The largest length of a line, in bytes.
+/// The largest accepted length of a line, in bytes.
 const LONGEST: usize = 64 * 1024;
 
 /// Splits at blanks and TABs. A word that begins with `"` extends to its closing `"`, including blanks. `Err` holds the
@@ -30,7 +30,8 @@ pub(super) fn split(text: &str) -> Result<Vec<&str>, &str> {
     Ok(words)
 }
 
-/// The length of the string at the start of `text`: up to the first quotation mark before a blank or the end.
+/// The length in bytes of the string at the start of `text`, quotation marks included: up to the first quotation mark
+/// that a blank or the end follows. `None` if there is none.
 fn string_end(text: &str) -> Option<usize> {
     text.match_indices('"')
         .skip(1)
@@ -51,7 +52,7 @@ pub(super) fn can_be_mnemonic(word: &str) -> bool {
         && word.chars().all(|c| c.is_alphanumeric() || "_.$+-*/=<>".contains(c))
 }
 
-/// Makes an instruction; its `text` is built from the words.
+/// Makes an instruction; its `text` is the mnemonic and the operands, separated by single blanks.
 pub(super) fn instruction(
     line: u32,
     step: Option<u32>,
@@ -76,7 +77,7 @@ pub(super) fn instruction(
     }
 }
 
-/// Reports an error and returns true if there are more instructions than the limit; reading then stops.
+/// Reports an error and returns true if a file has more instructions than scanbound accepts; reading then stops.
 pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<'_>) -> bool {
     let too_many = instructions.len() > MAX_INSTRUCTIONS;
     if too_many {
@@ -90,7 +91,7 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
     too_many
 }
 
-/// Reports an error and returns true if a line is longer than any tool writes.
+/// Reports an error and returns true if a line is longer than 64 KiB, which no tool writes.
 pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     let mut at = 0;
     for line in text.as_bytes().split(|&byte| byte == b'\n' || byte == b'\r') {
@@ -110,7 +111,8 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
     false
 }
 
-/// Checks of a whole file: step numbers ascend, END exists, and nothing follows it.
+/// Checks a whole file: reports step numbers that do not ascend, a missing END, and instructions after END. `lines` is
+/// the number of its lines.
 pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Faults<'_>) {
     let file = faults.file();
     // The number of steps of most instructions is unknown, and a label may have the step number of the next

@@ -126,7 +126,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// Parses an instruction without its address.
+/// Parses an instruction without its address: a mnemonic and a device, a bit pattern, or both if they agree.
 fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Word, Diagnostic> {
     let fault = |code, message: String, help: &str, part: &str| {
         let mut found = Diagnostic::line(code, name, number, line.trim_end(), message, help);
@@ -211,8 +211,8 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     }
 }
 
-/// Removes a bit pattern at the end of the words, and returns its word. Opcode and operand may be separate
-/// (`100 01000`, `10001000`).
+/// Removes a bit pattern of eight bits at the end of the words, and returns its word. Opcode and operand may be
+/// separate (`100 01000`, `10001000`). `None` if there is no pattern.
 fn take_pattern<'w, 't>(words: &'w [&'t str]) -> (&'w [&'t str], Option<Word>) {
     let bits = |text: &str, count: usize| {
         let fits = text.len() == count && text.bytes().all(|b| matches!(b, b'0' | b'1'));
@@ -255,7 +255,7 @@ enum Address {
     TooLarge,
 }
 
-/// Removes an address (`12`, `12:`, `0x0C`) from the start of the words, and returns it.
+/// Removes an address (`12`, `12:`, `0x0C`) from the start of the words, and returns it. `None` if there is no address.
 fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     let first = words.first()?;
     let digits = first.strip_suffix(':').unwrap_or(first);

@@ -32,7 +32,7 @@ const COUNTER: u16 = 5;
 /// The index of the area of the accumulator.
 const ACCUMULATOR: u16 = 6;
 
-/// Lowers a source. Each scan executes all 256 words.
+/// Lowers a source. Each scan executes all 256 words, also those that are not in the file.
 #[must_use]
 pub fn decode(source: &Source) -> Program {
     let mut program = Program {
@@ -81,7 +81,8 @@ pub fn decode(source: &Source) -> Program {
     program
 }
 
-/// The source line of a word, or that of the last word before it that has one.
+/// The position of a word: its address as step number, and its source line or that of the last word before it that has
+/// one.
 fn place(source: &Source, address: usize) -> Location {
     let line = source.lines.range(..=address as u8).next_back().map_or(1, |(_, &line)| line);
     Location { file: 0, line, step: Some(address as u32) }
@@ -120,7 +121,7 @@ fn instruction(source: &Source, address: usize, word: Word, program: &mut Progra
     }
 }
 
-/// The device of a word, as the operand in the instruction's text.
+/// The device of a word, as the operand in the instruction's text. `None` for the counter's clear input.
 fn operand(word: Word) -> Option<Operand> {
     let device = Device { cell: cell(word)?, bit: None };
     let start = word.opcode().mnemonic().len() + 1;
@@ -140,7 +141,8 @@ fn cell(word: Word) -> Option<Cell> {
     }
 }
 
-/// The expression for the value that a word reads from its device.
+/// The expression for the value that a word reads from its device. Whether a timer has timed out, and whether the count
+/// is reached, is a new external choice, recorded as an over-approximation.
 fn read(word: Word, program: &mut Program) -> Logic {
     let mut free = |what: String| {
         let choice = ChoiceId(program.choices);
@@ -166,7 +168,8 @@ fn read(word: Word, program: &mut Program) -> Logic {
     }
 }
 
-/// The effects of a store. Stores to the counter's clock and clear inputs only change the count, which is not modelled.
+/// The effects of a store. A store to the counter's clear input has none: it only changes the count, which is not
+/// modelled.
 fn store(word: Word, value: Logic) -> Vec<Effect> {
     match word.device().kind() {
         DeviceKind::Input | DeviceKind::Clear => Vec::new(),

@@ -29,7 +29,8 @@ pub fn is_image(bytes: &[u8]) -> bool {
             .any(|&byte| byte < 0x20 && !matches!(byte, b'\t' | b'\n' | b'\r' | 0x0C | 0x1A))
 }
 
-/// The first byte of a memory IC that the board cannot reach and that is not empty.
+/// The index of the first byte of a memory IC that the board cannot reach and that differs from the reachable byte with
+/// the same low address. `None` if there is none, or if all unreachable bytes are 0, or all are FF.
 fn unreachable(bytes: &[u8]) -> Option<usize> {
     let uniform = |value: u8| bytes[WORDS..].iter().all(|&byte| byte == value);
     if uniform(0) || uniform(0xFF) {

@@ -19,7 +19,7 @@ pub struct Source {
     pub dialect: &'static str,
     /// The program memory. Words that are not in the file are 0 (`LD X00`), as in a cleared memory.
     pub words: [Word; WORDS],
-    /// The line of each word in the file, by address; for binary machine code the address + 1.
+    /// The line of each word that is in the file, by address; for binary machine code the address + 1.
     pub lines: BTreeMap<u8, u32>,
 }
 
@@ -41,7 +41,7 @@ impl Source {
         self.words.map(|word| word.0)
     }
 
-    /// The number of words up to the last one that is not empty.
+    /// The number of words up to the last one that is not empty (0, that is `LD X00`). An empty program has 0.
     #[must_use]
     pub fn used(&self) -> usize {
         self.words.iter().rposition(|&word| word != Word::default()).map_or(0, |last| last + 1)

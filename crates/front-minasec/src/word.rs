@@ -45,19 +45,19 @@ impl Opcode {
         ["LD", "LDI", "AND", "ANDI", "OR", "ORI", "ST", "STI"][self as usize]
     }
 
-    /// The opcode of a mnemonic, in upper or lower case.
+    /// The opcode of a mnemonic, in upper or lower case. `None` if the text is not a mnemonic.
     #[must_use]
     pub fn from_mnemonic(text: &str) -> Option<Opcode> {
         Opcode::ALL.into_iter().find(|opcode| opcode.mnemonic().eq_ignore_ascii_case(text))
     }
 
-    /// Whether the operation writes to its device.
+    /// Whether the operation writes to its device: ST or STI.
     #[must_use]
     pub fn is_store(self) -> bool {
         matches!(self, Opcode::St | Opcode::Sti)
     }
 
-    /// Whether the operation inverts the value that it reads or writes.
+    /// Whether the operation inverts the value that it reads or writes: LDI, ANDI, ORI or STI.
     #[must_use]
     pub fn inverts(self) -> bool {
         self as u8 & 1 == 1
@@ -125,9 +125,9 @@ impl Device {
         }
     }
 
-    /// Parses a device name: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`, `T0`, `T1`, `C0` and the
-    /// counter's clear `C0CLR`. Timers and the counter may have two digits (`T00`), as in places of the description.
-    /// Upper or lower case.
+    /// Parses a device name, in upper or lower case: `X00` to `X07`, `Y00` to `Y07`, `M00` to `M07`, `M10` to `M13`,
+    /// `T0`, `T1`, `C0` and the counter's clear input `C0CLR`. Timers and the counter may have two digits (`T00`), as
+    /// in places of the description. `None` for other names.
     #[must_use]
     pub fn from_name(text: &str) -> Option<Device> {
         let name = text.to_ascii_uppercase();

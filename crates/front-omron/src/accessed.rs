@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// Stands for an unknown number of cells. The price then uses the instruction's units.
 const MANY: u32 = u32::MAX / 2;
 
-/// The operands of an instruction that are devices.
+/// The operands of an instruction that are devices, each with its byte range in the instruction's text.
 pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
     let spans = operand_spans(&item.raw.text, &item.raw.operands);
     let named = item.operands.iter().zip(spans).filter_map(|(operand, (start, end))| {
@@ -23,7 +23,8 @@ pub(super) fn operands(item: &Item<'_>) -> Arc<[scanbound_ir::Operand]> {
     named.collect()
 }
 
-/// The device that an operand names.
+/// The device that an operand names: a word, a flag or a bit of a word. `None` for constants, texts and computed
+/// addresses.
 pub(super) fn device(operand: &Operand) -> Option<Device> {
     match *operand {
         Operand::Word(cell) | Operand::Flag(cell) => Some(Device { cell, bit: None }),
@@ -32,7 +33,8 @@ pub(super) fn device(operand: &Operand) -> Option<Device> {
     }
 }
 
-/// The devices that an instruction reads and writes.
+/// The devices that an instruction reads and writes, for times that depend on the memory area. An operand that is both
+/// read and written counts twice.
 pub(super) fn touched(item: &Item<'_>, memory: Memory) -> AccessedDevices {
     let mut touched = AccessedDevices::default();
     for (at, operand) in item.operands.iter().enumerate() {

@@ -11,7 +11,8 @@ use super::{data, exact};
 use scanbound_front::builder::fired;
 use scanbound_ir::{AreaId, Counted, Region, Units, When, WordSource, Write};
 
-/// Lowers an application instruction with one condition.
+/// Lowers an application instruction with one condition to a single instruction. What it writes is exact where
+/// possible, otherwise any value, which is recorded as an over-approximation.
 pub(super) fn lower_application(builder: &mut OmronBuilder, item: &Item<'_>) {
     let mut key = builder.key(item, false);
     key.units = units(builder, item);
@@ -80,7 +81,7 @@ fn is_written(slot: &OperandSpec) -> bool {
     slot.written_words().is_some() || slot.role == Role::ReadWriteIfDevice
 }
 
-/// The number of units of the instruction: the words that it processes.
+/// The number of units of the instruction: the words, or for some instructions bits or characters, that it processes.
 fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
     let Some(row) = item.row else { return Units::None };
     // No manual of CS, CJ and CP says that a count beyond the end of an area is an error.
@@ -125,8 +126,8 @@ fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
     }
 }
 
-/// A count in a word whose value is known only during analysis. On the C series it is BCD, which the analysis of word
-/// values does not support.
+/// The word that counts an instruction's units at run time. `None` if the operand is not a word, on the C series (where
+/// the count is BCD, which the analysis of word values does not support), or if the system may change the word.
 fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -> Option<Counted> {
     let Operand::Word(count) = *item.operands.get(operand)? else { return None };
     // With `!`, the input is read again before, so the word may differ from what the program saw or wrote.
@@ -149,7 +150,7 @@ fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -
     })
 }
 
-/// Writes of new values to the input words that the prefix `!` refreshes before the instruction.
+/// Writes of any value to the words of I/O operands that the prefix `!` refreshes before the instruction.
 fn refreshed(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let Some(row) = item.row else { return Vec::new() };
     let mut writes = Vec::new();

@@ -29,7 +29,7 @@ pub(super) struct OmronBuilder {
     pub(super) faults: Vec<Diagnostic>,
     /// The index of the file that is being lowered.
     pub(super) file: u32,
-    /// The number of branches of the rung that have no output yet.
+    /// The number of results on the stack: branches of the rung that are not yet combined.
     pub(super) depth: usize,
     /// Whether the instruction before was a coil, so that the next LD begins a rung.
     pub(super) closed: bool,
@@ -77,7 +77,8 @@ impl OmronBuilder {
         }
     }
 
-    /// Sets the position in the source for the instructions that are added next.
+    /// Sets the source position, text and operands of the instructions that are added next, and forgets what the last
+    /// instruction still had to store.
     pub(super) fn at(&mut self, item: &Item<'_>) {
         let place = Location { file: self.file, line: item.raw.line, step: item.raw.step };
         self.out.at(place, item.raw.text.clone(), accessed::operands(item));
@@ -159,18 +160,19 @@ impl OmronBuilder {
         }
     }
 
-    /// A bit that something outside the program determines.
+    /// An expression for a bit that something outside the program determines, from a new choice. If the instruction may
+    /// run several times in a scan, nothing is known of the choice.
     pub(super) fn external_bit(&mut self) -> Logic {
         let choice = if self.repeated { self.out.choice() } else { self.out.external_choice() };
         Logic::Bit(BitSource::Free(choice))
     }
 
-    /// A bit that may have any value.
+    /// An expression for a bit that may have any value, from a new choice.
     pub(super) fn free_bit(&mut self) -> Logic {
         self.out.free_bit()
     }
 
-    /// Begins a new rung.
+    /// Begins a new rung, unless the current one has no instruction with a time yet.
     pub(super) fn rung(&mut self) {
         // Instructions without a time do not begin a rung of their own.
         let mut priced =
@@ -187,7 +189,8 @@ impl OmronBuilder {
         self.out.next()
     }
 
-    /// Adds an instruction and returns its index.
+    /// Adds an instruction and returns its index. One with a time also stores the remembered inputs and changes the
+    /// index registers that its operands move.
     pub(super) fn push(
         &mut self,
         step: Step,
@@ -210,7 +213,7 @@ impl OmronBuilder {
         self.out.program.approximate(instruction, what);
     }
 
-    /// Records the meaning that computes the value of a choice.
+    /// Records the operation that computes the value of a choice, if the cell budget allows it.
     pub(super) fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
         self.out.define(choice, meaning);
     }
@@ -224,7 +227,8 @@ impl OmronBuilder {
         }
     }
 
-    /// As `fires`, for an instruction that is lowered to several instructions.
+    /// As `fires`, for an instruction that is lowered to several instructions: its edge is not followed but may occur
+    /// whenever the condition has the new value.
     pub(super) fn fires_or_not(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
@@ -232,8 +236,9 @@ impl OmronBuilder {
         }
     }
 
-    /// Whether a value has an edge since the next instruction last executed. If this instruction may run several times
-    /// in a scan or be skipped in an interlock, the answer is a free bit.
+    /// The expression that says whether `value` has this edge since the next instruction last executed. If this
+    /// instruction may run several times in a scan or be skipped in an interlock, an edge is possible whenever the
+    /// value is the new one.
     pub(super) fn edge(&mut self, value: Logic, edge: Edge) -> Logic {
         let Some(memory) = self.edge_memory() else { return self.unknown_edge(value, edge) };
         self.remembered.push(always(Write::Bit(BitTarget::Cell(memory), value.clone())));
@@ -320,8 +325,9 @@ impl OmronBuilder {
         }
     }
 
-    /// The key of an instruction's time. With `use_larger_time`, the larger of the two times counts, because in a
-    /// timing table the two times depend on another condition than in the lowered program.
+    /// The key with which the instruction's time is found in a timing table. With `use_larger_time`, the larger of the
+    /// two times counts, because in a timing table the two times depend on another condition than in the lowered
+    /// program.
     pub(super) fn key(&self, item: &Item<'_>, use_larger_time: bool) -> TimingKey {
         let class = item.row.map_or("special", |row| row.class);
         let mut names = vec![item.name.clone()];

@@ -74,11 +74,13 @@ pub(super) enum Timing {
 pub(super) struct Extra {
     /// The CPU family that has the instruction; `None` if both have it.
     pub(super) family: Option<Family>,
-    /// The function number of the instruction. `None` if it has none.
+    /// The function number of the instruction, or the usual one if the user can assign it. `None` if it has none.
     pub(super) number: Option<u16>,
-    /// Whether the user can assign the function number, so that any number is accepted.
+    /// Whether the user can assign the function number. If so, every number that does not belong to another instruction
+    /// is accepted.
     pub(super) assignable: bool,
-    /// The names of the condition flags that the instruction may change.
+    /// The names of the condition flags that the instruction may change, separated by blanks; `*` means all. See
+    /// [`Vocabulary`] for `~`.
     pub(super) flags: &'static str,
 }
 
@@ -122,7 +124,8 @@ fn rows(mnemonic: &str, family: Family) -> Option<Vec<&'static Row>> {
     Some(rows.collect()).filter(|rows: &Vec<&Row>| !rows.is_empty())
 }
 
-/// Finds an instruction by name.
+/// Finds an instruction of this family by name. A comparison or bit test is found only with its connection (`LD=`,
+/// `ANDTST`). `None` if the family does not have the instruction.
 pub(super) fn find(mnemonic: &str, family: Family) -> Option<CatalogMatch> {
     let joins = |rows: &Vec<&Row>| {
         rows[0].meaning.starts_with("compare") || rows[0].meaning.starts_with("test")
@@ -152,7 +155,8 @@ pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(String::as_str)
 }
 
-/// Finds an instruction by function number.
+/// The mnemonic of the instruction of this family that has this function number. Numbers that the user assigns are not
+/// found.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     let fits = |row: &&Row| {
         row.extra.number == Some(number) && is_of(row, family) && !row.extra.assignable
@@ -160,7 +164,8 @@ pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     CATALOG.all().find(fits).map(|row| &*row.mnemonic)
 }
 
-/// Whether any family has an instruction with this name and number of operands.
+/// Whether any family has an instruction with this name and number of operands. True for an empty name, with which only
+/// a function number is written.
 pub(super) fn takes(mnemonic: &str, operands: usize) -> bool {
     let found = [Family::C, Family::Cs].into_iter().filter_map(|family| find(mnemonic, family));
     mnemonic.is_empty() || found.flat_map(|found| found.rows).any(|row| row.takes(operands))

@@ -50,11 +50,11 @@ struct Block {
     line: usize,
     /// The number of blocks with rungs that were found in the block so far; for a rung, the number of mnemonic lists.
     contained: u32,
-    /// The number of entries that the file states for the block.
+    /// The number of entries that the file states for the block. `None` if it states none.
     stated: Option<u32>,
 }
 
-/// Whether the beginning of a file looks like this format.
+/// Whether the beginning of a file looks like a CX-Programmer text file: lines `Key:=value;` with this format's keys.
 pub(super) fn sniff(beginning: &str) -> bool {
     if !beginning.contains(":=") {
         return false;

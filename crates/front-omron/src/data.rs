@@ -11,7 +11,8 @@ use scanbound_ir::{
     WordSource, WordTarget, Write,
 };
 
-/// Records operands for which any value is assumed when the instruction reads them.
+/// Records as over-approximated each operand that the instruction reads and whose value is not modelled: it is read
+/// through an unknown address, or is a present value that the system changes.
 pub(super) fn note_indirect(builder: &mut OmronBuilder, item: &Item<'_>) {
     let Some(row) = item.row else { return };
     for ((operand, text), slot) in item.operands.iter().zip(&item.raw.operands).zip(&row.operands) {
@@ -28,7 +29,8 @@ pub(super) fn note_indirect(builder: &mut OmronBuilder, item: &Item<'_>) {
     }
 }
 
-/// Records that both results of a comparison are assumed possible.
+/// Records as over-approximated a comparison whose meaning is not modelled (both results are possible), and operands as
+/// [`note_indirect`] does.
 pub(super) fn note_unknown(builder: &mut OmronBuilder, item: &Item<'_>) {
     if item.meaning() == "compare-unknown" {
         builder.approximate("the meaning of this comparison is not modelled: both results, true and false, are assumed possible");
@@ -36,7 +38,7 @@ pub(super) fn note_unknown(builder: &mut OmronBuilder, item: &Item<'_>) {
     note_indirect(builder, item);
 }
 
-/// Writes of any value to everything that the instruction may write.
+/// Havocs, with `choice`, of everything that the instruction may write besides its condition flags.
 pub(super) fn havoc(builder: &OmronBuilder, item: &Item<'_>, choice: ChoiceId) -> Vec<Write> {
     let regions: Vec<Region> = match item.row {
         // A user-defined instruction may write the whole area of each operand.
@@ -95,7 +97,8 @@ fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     index.into_iter().chain(times.map(|first| Region::Range { first, count: 1 })).collect()
 }
 
-/// The words that a refresh of special I/O units changes in addition to its operands (words 40 to 49 of the C series).
+/// The words that IORF changes on the C series besides its operands: if its operands include words 40 to 49, which
+/// stand for special I/O units, the words of all these units (100 to 199). `None` for other instructions.
 fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     if memory.family != super::source::Family::C || item.name != "IORF" {
         return None;
@@ -105,7 +108,8 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
 }
 
-/// Writes of any value to the condition flags that the catalog lists for the instruction.
+/// Writes of any value to the condition flags that the catalog lists for the instruction. All flags, if an operand has
+/// an unknown address or ZCP may find its limits invalid.
 pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let named = item.row.map_or("*", |row| row.extra.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
@@ -124,7 +128,8 @@ pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     targets.into_iter().map(|target| Write::Bit(target, builder.free_bit())).collect()
 }
 
-/// The values of `count` words of operand `at`; `None` if the operand cannot be read as words.
+/// The sources of `count` words of operand `at`, the lowest first. A word that the system or a timer may change is a
+/// new choice. `None` if the operand cannot be read as words, or if the words exceed the area.
 pub(super) fn sources(
     builder: &mut OmronBuilder,
     item: &Item<'_>,
@@ -163,7 +168,8 @@ fn number(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, count: u32) ->
     sources(builder, item, at, count).map(Number::Words)
 }
 
-/// The write targets for `count` words of operand `at`: empty for registers, `None` if unknown.
+/// The write targets for `count` words of operand `at`. What is written to a present value that is not modelled is
+/// discarded. `None` if the address is unknown.
 fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     match item.operands.get(at)? {
         Operand::Word(first) => Some((0..count).map(|n| WordTarget::Cell(first.plus(n))).collect()),
@@ -172,7 +178,7 @@ fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     }
 }
 
-/// The number of words of operand `at`, as its role in the catalog says.
+/// The number of words of operand `at` according to the catalog; 1 if that is not a constant.
 fn width(item: &Item<'_>, at: usize) -> u32 {
     let slot = item.row.and_then(|row| row.operands.get(at));
     match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
@@ -181,7 +187,8 @@ fn width(item: &Item<'_>, at: usize) -> u32 {
     }
 }
 
-/// The exact writes of the instruction. `None` if it is not one of the simple instructions.
+/// The exact writes of the instruction, if the analysis can compute them: such as moves, sums, logic, comparisons,
+/// single bits, and blocks of at most 256 words. `None` otherwise.
 pub(super) fn exact(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     let wide = width(item, 0);
     let ones = || Number::Words(vec![WordSource::Const(u16::MAX); wide as usize]);
@@ -337,7 +344,8 @@ fn relation(item: &Item<'_>) -> Relation {
     }
 }
 
-/// The result of a comparison or bit test that is a contact.
+/// The value of a contact that is a comparison or bit test, with its edge prefix. If the comparison is not modelled, it
+/// may be true or false.
 pub(super) fn condition(builder: &mut OmronBuilder, item: &Item<'_>) -> Logic {
     let wide = width(item, 0);
     let value = match item.meaning() {
@@ -386,8 +394,8 @@ fn comparison(
     Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
-/// Whether the limits of ZCP are constants in the right order. Otherwise ZCP may be an error that leaves the flags
-/// unchanged.
+/// Whether the limits of ZCP are constants of which the lower one comes first. Otherwise ZCP may be an error that
+/// leaves the flags unchanged.
 fn limits_in_order(item: &Item<'_>) -> bool {
     let limit = |at: usize| match item.operands.get(at) {
         Some(&Operand::Constant(value, _)) => Some(value),
@@ -402,7 +410,9 @@ fn limits_in_order(item: &Item<'_>) -> bool {
     matches!((limit(1), limit(2)), (Some(low), Some(high)) if read(low) <= read(high))
 }
 
-/// The exact writes of CMP and ZCP, which set each flag to the result of the comparison.
+/// The writes of CMP and ZCP: the exact results of the comparison to its flags, any value to the error and negative
+/// flags. No writes if the limits of ZCP may be invalid, because [`flags`] then writes any value. `None` if an operand
+/// cannot be read.
 fn compare_flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     if item.meaning().starts_with("flags-zone") && !limits_in_order(item) {
         return Some(Vec::new());

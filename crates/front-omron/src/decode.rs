@@ -46,7 +46,7 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
     )])
 }
 
-/// Decodes a project.
+/// Lowers a project to a program of `ir`.
 ///
 /// # Errors
 /// All errors of all files.
@@ -109,7 +109,7 @@ const MAX_POINTS: u32 = 320;
 /// The subroutines that interrupts may run, in addition to those that nothing calls.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Interrupted {
-    /// Whether the program enables any interrupt.
+    /// Whether the program enables any interrupt that may run a subroutine.
     any: bool,
     /// Whether interrupts may run any subroutine, because a table in memory selects it.
     all: bool,
@@ -221,7 +221,7 @@ impl Decoder {
         }
     }
 
-    /// Uses symbols as comments of addresses.
+    /// Records the comment of each symbol, or its name, as the comment of the device at its address.
     fn comments(&mut self, symbols: &Symbols) {
         let fast = BTreeSet::new();
         let reader =
@@ -425,7 +425,8 @@ impl Decoder {
         }
     }
 
-    /// Connects each call with its subroutine, and finds recursive calls.
+    /// Connects each call with its subroutine, or with a substitute if the subroutine is missing, and reports recursive
+    /// calls.
     fn connect(&mut self, project: &RawProject, options: &Options<'_>) {
         let shared = self.shared;
         let nothing = Symbols::new();
@@ -494,7 +495,8 @@ impl Decoder {
         }
     }
 
-    /// Arranges the programs in the order in which they run.
+    /// Makes main routines of the programs that run in each scan, ordered by task number, and interrupt routines of
+    /// those of interrupt tasks. A list of mnemonics is an interrupt routine if the facts state runs for its name.
     fn arrange(&mut self, project: &RawProject, options: &Options<'_>) {
         let mut tasks = std::mem::take(&mut self.tasks);
         tasks.sort_by_key(|(task, ..)| match task {
@@ -535,7 +537,8 @@ impl Decoder {
         self.unlisted(options);
     }
 
-    /// Handles interrupts that are enabled but run tasks whose programs are missing. Mnemonics lists do not show them.
+    /// If tasks can be interrupted but the project has no interrupt program, adds an interrupt routine without
+    /// instructions for the missing ones. Mnemonics lists do not show them.
     fn unlisted(&mut self, options: &Options<'_>) {
         if !self.unmasked || !self.builder.out.program.interrupts.is_empty() {
             return;
@@ -554,7 +557,8 @@ impl Decoder {
         );
     }
 
-    /// Makes subroutines that nothing calls interrupt routines, if interrupts are enabled.
+    /// Makes interrupt routines of the subroutines that nothing calls or that interrupts may run, if interrupts are
+    /// enabled (C series).
     fn uncalled(&mut self, options: &Options<'_>) {
         if self.interrupted == Interrupted::default() {
             return;

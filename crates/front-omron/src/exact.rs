@@ -1,4 +1,4 @@
-//! The exact meanings of OMRON instructions whose effects are "any value".
+//! The operations of OMRON instructions for which the analysis may assume any result.
 
 use super::builder::OmronBuilder;
 use super::catalog::Amount;
@@ -16,7 +16,8 @@ use scanbound_ir::{
     Relation, WordSource, WordTarget, Write,
 };
 
-/// The exact meaning of an instruction, of which the analysis havocs the written operands.
+/// The operation of an instruction. A real run executes it, while the analysis may let the written operands have any
+/// value.
 #[derive(Debug, Clone, PartialEq)]
 struct ExactMeaning {
     meaning: Meaning,
@@ -35,7 +36,8 @@ pub(super) enum KnownResult {
     Written,
 }
 
-/// The writes of an instruction that may leave any value, with their exact meaning if known.
+/// The havocs of everything that an instruction may write, with the operation of the instruction if it is known, and
+/// what is known about the result.
 pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>, KnownResult) {
     let exactly = match item.operands.iter().any(Operand::is_indirect) {
         true => None,
@@ -67,7 +69,7 @@ pub(super) fn writes(builder: &mut OmronBuilder, item: &Item<'_>) -> (Vec<Write>
     (writes, KnownResult::Worked)
 }
 
-/// Whether the operation also computes the carry flag.
+/// Whether the operation of the instruction with this name also computes the carry flag.
 fn carries(name: &str, family: Family) -> bool {
     match name {
         "INC" | "DEC" | "SLD" | "SRD" => false,
@@ -76,12 +78,13 @@ fn carries(name: &str, family: Family) -> bool {
     }
 }
 
-/// Whether the instruction's condition flags depend on its result.
+/// Whether the instruction's condition flags depend on its result: the catalog lists all flags for it.
 fn flags_follow_result(item: &Item<'_>) -> bool {
     item.row.is_none_or(|row| row.extra.flags == "*")
 }
 
-/// Whether the flag depends on the result of the instruction.
+/// Whether this flag (EQ or N) of the instruction follows from its result, as far as the manuals say; false for all
+/// other flags.
 fn follows_result(item: &Item<'_>, flag: &str) -> bool {
     match flag {
         // The manuals do not say whether the remainder counts.
@@ -92,7 +95,8 @@ fn follows_result(item: &Item<'_>, flag: &str) -> bool {
     }
 }
 
-/// The effects on condition flags: computed ones where the result decides them, otherwise any value.
+/// The effects on the condition flags when the instruction fires: computed ones where the result decides them,
+/// otherwise any value. `outcome` says what is known about the result.
 pub(super) fn flags(
     builder: &mut OmronBuilder,
     item: &Item<'_>,
@@ -154,7 +158,8 @@ fn carry_of(builder: &mut OmronBuilder, item: &Item<'_>) -> CarrySource {
     }
 }
 
-/// The effect on the carry flag of an instruction with exact writes. It is computed before the operands change.
+/// The effect on the carry flag of an instruction with exact writes. It must come before these, because it reads the
+/// operands. `None` if the carry may have any value, or is not computed separately.
 pub(super) fn carry_before(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Effect> {
     if item.operands.iter().any(Operand::is_indirect) {
         return None;
@@ -166,7 +171,7 @@ pub(super) fn carry_before(builder: &mut OmronBuilder, item: &Item<'_>) -> Optio
     Some(fired(Write::Bit(target, Logic::Bit(BitSource::Free(choice)))))
 }
 
-/// The cells of an instruction's result.
+/// The cells of an instruction's result. `None` if they are unknown, or if the flags do not depend on the result.
 fn result(item: &Item<'_>) -> Option<Vec<Cell>> {
     let wide = match &*item.name {
         "+L" | "-L" | "+CL" | "-CL" | "+BL" | "-BL" | "+BCL" | "-BCL" | "ADDL" | "SUBL"
@@ -189,7 +194,8 @@ fn is_zero(cells: &[Cell]) -> Logic {
     Logic::Compare(Box::new(Compare { relation, format, left, right }))
 }
 
-/// The exact meaning of an instruction, without its condition flags except the carry.
+/// The operation of an instruction with its operands and results, and of its condition flags only the carry. `None` if
+/// the manuals do not define it exactly or the operands are unknown.
 fn meaning(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
     let family = builder.memory.family;
     let name = item.name.as_str();
@@ -402,7 +408,8 @@ fn moved(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
     }
 }
 
-/// The address of the word that is `by` words after `base`; the value of operand `by` is the offset.
+/// The address of the word that is as many words after operand `base` as the value of operand `by` says. `None` if the
+/// system may change these words, or they belong to timers and counters.
 fn offset(builder: &mut OmronBuilder, item: &Item<'_>, base: usize, by: usize) -> Option<Address> {
     let &Operand::Word(first) = item.operands.get(base)? else { return None };
     let memory = builder.memory;
@@ -416,7 +423,7 @@ fn offset(builder: &mut OmronBuilder, item: &Item<'_>, base: usize, by: usize) -
     Some(Address::within(start, size, i64::from(first.index), vec![Term::unsigned(by)]))
 }
 
-/// The bit with number `bit` of word operand `at`.
+/// The bit with number `bit` of operand `at`. `None` if the operand is neither a constant nor a word.
 fn bit_of(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, bit: u32) -> Option<BitSource> {
     let memory = builder.memory;
     match item.operands.get(at)? {
@@ -446,7 +453,8 @@ fn carry_target(builder: &OmronBuilder) -> Option<Target> {
     Some(Target::Bits(vec![builder.memory.flag("CY")?]))
 }
 
-/// `count` words of operand `at`, as the output of an operation.
+/// `count` words of operand `at`, as the output of an operation. `None` if it is not a word, or if the words exceed the
+/// area.
 fn target(builder: &OmronBuilder, item: &Item<'_>, at: usize, count: u32) -> Option<Target> {
     let &Operand::Word(first) = item.operands.get(at)? else { return None };
     if !extent::fits(builder.memory, first, count) {

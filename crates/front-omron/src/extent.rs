@@ -8,7 +8,8 @@ use scanbound_ir::Cell;
 /// The largest number of words of a block that is modelled exactly; a larger block is havocked.
 pub(super) const MAX_WORDS: u32 = 256;
 
-/// The number of words that an operand covers; `None` if unknown.
+/// The number of words that an operand with this amount in the catalog covers. `None` if it is unknown, or depends on a
+/// word whose value is only known at run time.
 pub(super) fn length(memory: Memory, item: &Item<'_>, amount: Amount) -> Option<u32> {
     match amount {
         Amount::Fixed(count) => Some(count),

@@ -174,7 +174,7 @@ pub(super) fn sniff_cx(beginning: &str) -> bool {
     }
 }
 
-/// Reads a file of mnemonics.
+/// Reads a file of mnemonics as one program, which runs in each scan. Reports the lines that are not instructions.
 pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawProgram {
     let mut instructions = Vec::new();
     let mut number = 0_u32;
@@ -185,7 +185,8 @@ pub(super) fn read(text: &str, name: &str, faults: &mut Faults<'_>) -> RawProgra
     RawProgram { name: name.to_owned(), task: Task::Each, symbols: Symbols::new(), instructions }
 }
 
-/// Reads a line: the next instruction, or further operands of the one before.
+/// Reads a line and adds it to `out`: the next instruction, or further operands of the last one. Reports an error for
+/// any other line that is not empty.
 pub(super) fn read_line(
     text: &str,
     line: &str,

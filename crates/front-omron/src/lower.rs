@@ -19,9 +19,9 @@ use scanbound_ir::{
 /// A call whose subroutine is not resolved yet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CallSite {
-    /// The index of the call instruction.
+    /// The index of the call instruction in the lowered program.
     pub(super) at: usize,
-    /// The call's item in its program.
+    /// The index of the call's item in its source program.
     pub(super) item: usize,
     /// The subroutine number.
     pub(super) number: u32,
@@ -41,14 +41,14 @@ pub(super) struct Lowering<'a> {
     pub(super) builder: &'a mut OmronBuilder,
     pub(super) items: &'a [Item<'a>],
     pub(super) structure: &'a Structure,
-    /// The first instruction of each item.
+    /// The index of the first instruction of each item. `None` if the item was not lowered.
     pub(super) starts: Vec<Option<usize>>,
-    /// Jumps and loops, with their target items.
+    /// The instructions of jumps and loops, each with the item to which it leads.
     patches: Vec<(usize, usize)>,
     pub(super) calls: Vec<CallSite>,
     /// The numbers of the open interlocks.
     interlocks: Vec<u32>,
-    /// Whether the project switches tasks on and off.
+    /// Whether an instruction that was lowered switches a task on or off.
     pub(super) switches: bool,
 }
 
@@ -174,7 +174,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Checks that as many branches are open as the instruction takes.
+    /// Checks that as many branches are open as the instruction takes, and ends the rung. Reports an error and returns
+    /// false if not.
     fn needs(&mut self, item: &Item<'_>, branches: u32) -> bool {
         let open = self.builder.depth;
         self.builder.closed = true;
@@ -220,7 +221,7 @@ impl<'a> Lowering<'a> {
         self.builder.fetch(register, join, key);
     }
 
-    /// How the result of LD is combined: it begins a rung, or one more branch.
+    /// How the value of LD is combined with the stack: it begins a rung, or one more branch of the current rung.
     fn loading(&mut self) -> Join {
         let start = self.builder.closed || self.builder.depth == 0;
         self.builder.depth = if start { 1 } else { self.builder.depth + 1 };
@@ -415,7 +416,7 @@ impl<'a> Lowering<'a> {
         Step::ForBegin { count: WordSource::Const(0), least: iterations, most: iterations, end: 0 }
     }
 
-    /// Lowers an instruction with one condition.
+    /// Lowers a coil or another instruction that takes exactly one condition and ends the rung.
     fn coil(&mut self, at: usize, item: &Item<'_>) {
         let interlocked = self.structure.interlocked[at];
         match item.meaning() {

@@ -21,7 +21,7 @@ pub(super) enum AreaUse {
 struct AreaDefinition {
     /// The name of the area in reports.
     name: &'static str,
-    /// The letters with which operands name the area.
+    /// The letters with which operands name the area; none for an area that they cannot name.
     letters: &'static [&'static str],
     /// The number of words or bits that the area has in the family's largest CPU.
     size: u32,
@@ -80,7 +80,7 @@ const BANKS: u32 = 25;
 /// The number of words of a bank.
 const BANK: u32 = 32_768;
 
-/// The memory map of a family.
+/// The memory map of a family. An area's id is its index in the family's list of areas; the banks of E follow.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Memory {
     pub(super) family: Family,
@@ -175,13 +175,14 @@ impl Memory {
         areas
     }
 
-    /// The area with these letters, and what it contains.
+    /// The area with these letters, and what it contains. `None` if the family has no such area.
     pub(super) fn area(self, letters: &str) -> Option<(AreaId, AreaUse)> {
         let at = self.known().iter().position(|known| known.letters.contains(&letters))?;
         Some((AreaId(at as u16), self.known()[at].role))
     }
 
-    /// The E area's bank with this number, in hexadecimal (0 to 18).
+    /// The area of the E bank with this number, written in hexadecimal (0 to 18). `None` if there is no such bank, or
+    /// on the C series.
     pub(super) fn bank(self, digits: &str) -> Option<AreaId> {
         let bank = u32::from_str_radix(digits, 16).ok().filter(|bank| *bank < BANKS)?;
         (self.family == Family::Cs).then(|| AreaId((CS_AREAS.len() as u32 + bank) as u16))
@@ -197,13 +198,13 @@ impl Memory {
         }
     }
 
-    /// The number of cells of the area.
+    /// The number of cells of the area in the family's largest CPU.
     pub(super) fn size(self, area: AreaId) -> u32 {
         self.known().get(usize::from(area.0)).map_or(BANK, |known| known.size)
     }
 
-    /// The address of a predefined symbol: an empty text if this family does not have the symbol; `None` if the name is
-    /// not that of a predefined symbol.
+    /// The address of a symbol that CX-Programmer predefines, such as `P_On`: an empty text if this family does not
+    /// have it. `None` if the name is not that of such a symbol.
     pub(super) fn symbol(self, name: &str) -> Option<&'static str> {
         let found = SYMBOLS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name))?;
         Some(if self.family == Family::Cs { found.1 } else { found.2 })
@@ -217,7 +218,7 @@ impl Memory {
         }
     }
 
-    /// The bit of a condition flag, by its name in the catalog; the C series does not have all of them.
+    /// The bit of a condition flag, by its name in the catalog. `None` if the family does not have the flag.
     pub(super) fn flag(self, name: &str) -> Option<BitTarget> {
         let (first, _) = self.flags();
         match self.family {
@@ -256,7 +257,8 @@ impl Memory {
         }
     }
 
-    /// Whether the system may change the word at any time: special and auxiliary words, task flags.
+    /// Whether the system may change the word at any time within a scan: special and auxiliary words, task flags, and
+    /// on CS, CJ and CP the present values of timers 0 to 2047.
     pub(super) fn is_volatile(self, cell: Cell) -> bool {
         match self.family {
             Family::C => cell.area.0 == 2 || (cell.area.0 == 0 && (236..300).contains(&cell.index)),
@@ -270,7 +272,8 @@ impl Memory {
         self.known().get(usize::from(cell.area.0)).map_or("", |known| known.name)
     }
 
-    /// Whether the cell is in an area of inputs and outputs, which `!` refreshes.
+    /// Whether the cell is in the area of inputs and outputs (IR or CIO), where the prefix `!` of an instruction
+    /// refreshes it.
     pub(super) fn is_refreshed(cell: Cell) -> bool {
         cell.area.0 == 0
     }
@@ -366,7 +369,7 @@ impl Memory {
         Cell { area: AreaId(area), index: flag.index }
     }
 
-    /// The hidden bit with this number. An instruction remembers a value in it.
+    /// The hidden bit with this number, in which one instruction remembers a value from one scan to the next.
     pub(super) fn edge(self, index: u32) -> Cell {
         let area = match self.family {
             Family::C => 9,
@@ -384,13 +387,14 @@ impl Memory {
         at.iter().copied().map(AreaId).collect()
     }
 
-    /// The two words of an index register, the lower one first.
+    /// The first of the two words of an index register; the lower word comes first. `None` on the C series, or if there
+    /// is no such register.
     pub(super) fn index_register(self, number: u32) -> Option<Cell> {
         (self.family == Family::Cs && number < 16)
             .then_some(Cell { area: AreaId(12), index: 2 * number })
     }
 
-    /// The word of a data register.
+    /// The word of a data register. `None` on the C series, or if there is no such register.
     pub(super) fn data_register(self, number: u32) -> Option<Cell> {
         (self.family == Family::Cs && number < 16)
             .then_some(Cell { area: AreaId(13), index: number })

@@ -20,7 +20,7 @@ pub(super) enum Notation {
 /// A parsed operand.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Operand {
-    /// A constant.
+    /// A constant and its notation.
     Constant(i64, Notation),
     /// A real number, such as `+1.5`.
     Real(f32),
@@ -30,7 +30,7 @@ pub(super) enum Operand {
     Word(Cell),
     /// A completion flag or a condition flag.
     Flag(Cell),
-    /// A bit of a word.
+    /// A bit of a word, 0 to 15.
     Bit(Cell, u8),
     /// The present value of a timer or counter, which the system changes at any time. It is not modelled.
     Register,
@@ -48,13 +48,13 @@ const FORMS: &str = "write addresses such as 00305, 100.00, W10.00, D100, DM 010
 /// What kind of operand is expected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Expected {
-    /// A word or constant.
+    /// A word or a constant. A plain number is the number of a word.
     Word,
-    /// A bit.
+    /// A bit. In a plain number, the last two digits are the bit: `00305` is bit 5 of word 3.
     Bit,
     /// A plain number, such as a timer number.
     Number,
-    /// A timer or counter number, with these letters or without letters.
+    /// A timer or counter number. A number without letters belongs to the area that has these letters.
     Completion(&'static str),
 }
 
@@ -68,7 +68,8 @@ pub(super) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Parses an operand.
+    /// Parses an operand: a text, a constant, a symbol or an address. `want` decides how numbers without an area are
+    /// read.
     pub(super) fn read(&self, text: &str, want: Expected) -> Result<Operand, OperandError> {
         let text = text.trim();
         if text.starts_with('"') || text.starts_with('\'') {
@@ -102,7 +103,8 @@ impl Reader<'_> {
         self.checked(area, index, letters).map(Operand::Flag)
     }
 
-    /// Parses the address of a symbol; `None` if the text is not the name of a symbol.
+    /// Parses the name of a symbol, with or without an index in brackets, and gives the operand at its address. With
+    /// `folded`, upper and lower case are equal. `None` if the text is not the name of a symbol.
     fn resolve(
         &self,
         text: &str,
@@ -293,7 +295,8 @@ impl Reader<'_> {
     }
 }
 
-/// The index register that an operand increments or decrements: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`.
+/// The index register that an operand increments or decrements: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`. `None` if it does
+/// neither.
 pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     let (_, register) = text.split_once(',')?;
     let plain = register.trim().trim_matches(['+', '-']);
@@ -301,7 +304,8 @@ pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     (plain != register.trim()).then(|| memory.index_register(number)).flatten()
 }
 
-/// An element of an array: `base` moved by `index` elements.
+/// The element with number `index` of an array that begins at `base`. If the index is not a number, it may be any
+/// element.
 fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Operand {
     let kind = symbol.kind.to_ascii_uppercase();
     let size = match kind.split('[').next().unwrap_or_default().trim() {
@@ -378,11 +382,12 @@ fn no_area(letters: &str) -> OperandError {
     (format!("area {letters} does not exist"), FORMS)
 }
 
-/// Makes a choice for an unknown value.
+/// A function that makes a new choice (nondeterministic value) for an unknown value.
 pub(super) type NewChoice<'a> = &'a mut dyn FnMut() -> ChoiceId;
 
 impl Operand {
-    /// The values of `count` words of the operand, the lowest first; `None` if it cannot be read as words.
+    /// The sources of `count` words of the operand, the lowest first. A word that the system may change, that is not
+    /// modelled or whose address is unknown is a new choice. `None` if the operand cannot be read as words.
     pub(super) fn sources(
         &self,
         count: u32,
@@ -412,7 +417,8 @@ impl Operand {
         })
     }
 
-    /// The value of the operand as a bit; `None` if it is not a bit.
+    /// The source of the operand as a bit. A bit that the system may change, or whose address is unknown, is a new
+    /// choice. `None` if the operand is not a bit.
     pub(super) fn bit_source(&self, memory: Memory, choice: NewChoice<'_>) -> Option<BitSource> {
         let (nature, held) = match self {
             Operand::Flag(cell) => (memory.cell_behavior(*cell), BitSource::Cell(*cell)),
@@ -429,7 +435,7 @@ impl Operand {
         })
     }
 
-    /// The write target for a bit; `None` if the bit is unknown.
+    /// The write target for a bit. `None` if the operand is not a bit, or its address is unknown.
     pub(super) fn bit_target(&self) -> Option<BitTarget> {
         match self {
             Operand::Flag(cell) => Some(BitTarget::Cell(*cell)),
@@ -438,7 +444,8 @@ impl Operand {
         }
     }
 
-    /// The regions that a write of `count` words may change (`None`: up to the end of the area).
+    /// The regions that a write of `count` words to the operand may change. If `count` is `None`, that is the whole
+    /// area of the operand. Empty for constants, texts and present values that are not modelled.
     pub(super) fn regions(&self, count: Option<u32>) -> Vec<Region> {
         match (self, count) {
             (Operand::Word(first) | Operand::Bit(first, _), Some(count)) => {
@@ -454,7 +461,8 @@ impl Operand {
         }
     }
 
-    /// The value of a constant as a number of words or iterations: BCD on the C series, otherwise by its notation.
+    /// The value of a constant as a number of words or iterations. After `#`, its digits are decimal on the C series
+    /// and hexadecimal on CS, CJ and CP. `None` if the operand is not a valid constant.
     pub(super) fn count(&self, family: Family) -> Option<u32> {
         let &Operand::Constant(value, notation) = self else { return None };
         let value = u32::try_from(value).ok()?;

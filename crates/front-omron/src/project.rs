@@ -78,8 +78,8 @@ pub fn read(
     Ok(RawProject { dialect: dialect.name, family, files, warnings: found })
 }
 
-/// A warning for CPUs with parallel processing: with asynchronous memory access, peripheral servicing may write at any
-/// moment.
+/// A warning for CPUs that have parallel processing (CS1 and CJ1 CPUs with `-H`): with asynchronous memory access,
+/// peripheral servicing may write at any moment. `None` for other CPUs.
 fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     let device = cpu.trim().to_ascii_uppercase();
     let can = ["CS1", "CJ1"].iter().any(|name| device.starts_with(name)) && device.contains("-H");
@@ -92,8 +92,8 @@ fn parallel_processing(cpu: &str, files: &[RawFile]) -> Option<Diagnostic> {
     can.then(|| Diagnostic::file(Code::Parallel, file, message, help).warning())
 }
 
-/// Warns of programs without END. A program of the C series may be split into several files; then only the last has
-/// END.
+/// Warns of programs without END. With `joined` (C series), the files are the parts of one program, so only the last
+/// file must have END.
 fn missing_ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     let is_end = |raw: &RawInstruction| {
         raw.mnemonic.eq_ignore_ascii_case("END")

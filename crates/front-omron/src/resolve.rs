@@ -9,7 +9,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::Faults;
 use scanbound_front::shown;
 
-/// A resolved instruction.
+/// An instruction of the source with its catalog row and its parsed operands.
 #[derive(Debug, Clone)]
 pub(super) struct Item<'a> {
     pub(super) raw: &'a RawInstruction,
@@ -23,12 +23,12 @@ pub(super) struct Item<'a> {
 }
 
 impl Item<'_> {
-    /// The keyword in the column `meaning` of the instruction's row.
+    /// The keyword in the column `meaning` of the instruction's row; `user` for a user-defined instruction.
     pub(super) fn meaning(&self) -> &'static str {
         self.row.map_or("user", |row| row.meaning)
     }
 
-    /// The number in the first operand, such as that of a jump or a subroutine.
+    /// The number in the first operand, such as that of a jump or a subroutine. `None` if it is not a constant.
     pub(super) fn number(&self, family: Family) -> Option<u32> {
         self.operands.first().and_then(|operand| operand.count(family))
     }
@@ -42,7 +42,8 @@ pub(super) fn branch(raw: &RawInstruction) -> Option<u32> {
         .then_some(number)
 }
 
-/// Resolves the name and operands of an instruction, or reports why this is not possible.
+/// Finds an instruction in the catalog and parses its operands. Reports why this is not possible, and then returns
+/// `None`. A name for which `is_user` is true is a user-defined instruction with any operands.
 pub(super) fn resolve<'a>(
     raw: &'a RawInstruction,
     reader: &Reader<'_>,
@@ -132,7 +133,7 @@ pub(super) fn resolve<'a>(
     sound.then_some(Item { raw, name: upper, row: Some(row), lead: found.lead, operands })
 }
 
-/// Checks that the function number belongs to the mnemonic.
+/// Reports an error if a function number is written that does not belong to the mnemonic.
 fn check_number(
     raw: &RawInstruction,
     name: &str,
@@ -206,7 +207,7 @@ fn read(
     Err((format!("'{text}' is not {wanted}"), "check the order of the operands and the address"))
 }
 
-/// What the operand should be. `None` if it is what the catalog requires.
+/// What the operand should be, for an error message. `None` if the operand is what the catalog requires.
 fn wanted(operand: &Operand, slot: OperandSpec, memory: Memory) -> Option<&'static str> {
     let mut none = || scanbound_ir::ChoiceId(0);
     let is_word = !matches!(operand, Operand::Flag(_) | Operand::Bit(..) | Operand::Text);

@@ -13,7 +13,7 @@ pub const CX: &str = "omron-cx";
 /// The dialect name of CX-Programmer's text files.
 pub const CXT: &str = "omron-cxt";
 
-/// The memory map and the instruction set of a program.
+/// The CPU family of a program, which decides its memory map and its instruction set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     /// C200H and similar (C200HS, C200HX, CQM1, CPM): two-digit function numbers, areas IR, HR, AR, LR, DM, and one
@@ -46,9 +46,9 @@ pub enum Edge {
 pub struct RawInstruction {
     /// The line on which the instruction begins, from 1.
     pub line: u32,
-    /// The program address of the instruction, if the source has one.
+    /// The program address (step number) of the instruction. `None` if the source has none.
     pub step: Option<u32>,
-    /// The prefix `@` or `%` of the instruction.
+    /// The prefix `@` or `%` of the instruction. `None` if it has neither.
     pub edge: Option<Edge>,
     /// Whether the instruction has the prefix `!` (immediate refresh).
     pub immediate: bool,
@@ -65,7 +65,7 @@ pub struct RawInstruction {
 }
 
 impl RawInstruction {
-    /// The data with which a diagnostic can point at a part of the instruction; `source` is the text of its file.
+    /// The data with which a diagnostic points at a part of the instruction; `source` is the text of its file.
     pub(crate) fn caret<'a>(&'a self, source: &'a str) -> Caret<'a> {
         Caret {
             line: self.line,
@@ -123,9 +123,9 @@ pub struct RawFile {
     pub name: String,
     /// The programs.
     pub programs: Vec<RawProgram>,
-    /// Global symbols.
+    /// The global symbols of the file, and those of the symbol tables that were given with it.
     pub symbols: Symbols,
-    /// The CPU as the file names it (`CJ2M CPU33`).
+    /// The CPU as the file names it (`CJ2M CPU33`). `None` if it names none, as in a list of mnemonics.
     pub cpu: Option<String>,
     /// The file's text, to show lines of it.
     pub source: String,
@@ -134,12 +134,12 @@ pub struct RawFile {
 /// A project: its files in the order in which they run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RawProject {
-    /// The dialect name of list text.
+    /// The name of the dialect in which the files are written: [`C`], [`CX`] or [`CXT`].
     pub dialect: &'static str,
     /// The CPU family: its memory map and instruction set.
     pub family: Family,
     /// The files.
     pub files: Vec<RawFile>,
-    /// Warnings that do not stop the audit.
+    /// Findings of the reading that do not stop the audit.
     pub warnings: Vec<Diagnostic>,
 }

@@ -33,14 +33,14 @@ pub(super) struct Structure {
     pub(super) targets: BTreeMap<usize, usize>,
     /// For each item, whether it never runs because it is after END and not in a subroutine.
     pub(super) dead: Vec<bool>,
-    /// For each item, whether it is in an interlock.
+    /// For each item, whether it is in an interlock, between IL and ILC or MILH/MILR and MILC.
     pub(super) interlocked: Vec<bool>,
-    /// For each item, whether it may run several times in a scan: in loops, and in subroutines that are not called
-    /// exactly once.
+    /// For each item, whether it may run several times in a scan: it is in a loop, or in a subroutine that is not
+    /// called exactly once from the main part outside of loops, or that other programs may call.
     pub(super) repeated: Vec<bool>,
 }
 
-/// The loops and the interlock in which an item is.
+/// The subroutine, the loops and the interlock in which an item is.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Site {
     routine: usize,
@@ -49,7 +49,7 @@ struct Site {
     loops: Vec<usize>,
 }
 
-/// Builds the control structure, or reports all errors. `shared`: other programs may call the subroutines.
+/// Builds the control structure and reports all errors in it. `shared`: other programs may call the subroutines.
 pub(super) fn structure(
     items: &[Item<'_>],
     family: Family,

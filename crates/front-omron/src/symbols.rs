@@ -39,7 +39,8 @@ pub(super) fn sniff(beginning: &str) -> bool {
     fits.contains(&true) && fits.iter().take(whole).skip(1).all(|&fits| fits)
 }
 
-/// Adds the symbols of the table to `symbols`.
+/// Adds the symbols of the table to `symbols`. Reports lines that are not symbols (except the first, which may be a
+/// heading), and symbols that are defined twice with different addresses.
 pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
     for (line, number) in text.lines().zip(1..) {
         let Some((name, symbol)) = symbol(line) else {

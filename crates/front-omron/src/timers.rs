@@ -23,7 +23,7 @@ fn havoc_present(flag: Cell, choice: ChoiceId) -> Write {
     Write::Havoc(Region::Range { first: present(flag), count: 1 }, choice)
 }
 
-/// Whether the timer may time out between two instructions: its time base is 10 ms or less.
+/// Whether the instruction is a timer that may time out between two instructions: its time base is 10 ms or less.
 pub(super) fn is_fast(raw: &RawInstruction) -> bool {
     let name = raw.mnemonic.to_ascii_uppercase();
     let named = ["TIMH", "TMHH", "TIMU", "TMUH"].iter().any(|kind| name.starts_with(kind));
@@ -69,7 +69,7 @@ fn setting(builder: &mut OmronBuilder, item: &Item<'_>) -> Setting {
 
 impl Setting {
     /// Whether the timer has timed out, or the counter has reached its set value. Earlier scans decide this, so it is a
-    /// choice.
+    /// new choice, of which nothing is known if the set value is 0 or invalid.
     fn has_elapsed(&self, builder: &mut OmronBuilder) -> Logic {
         let over = builder.earlier_choice();
         self.has_elapsed_by(builder, over)
@@ -205,7 +205,8 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     data::note_indirect(builder, item);
 }
 
-/// The completion flags that are reset; `None` if unknown.
+/// The completion flags that a reset instruction resets: one timer, or all from the first to the last operand. `None`
+/// if a timer number is unknown.
 fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     let (first, last) = match operands {
         [Operand::Flag(one)] => (one, one),
@@ -216,7 +217,8 @@ fn reset_range(operands: &[Operand]) -> Option<Vec<Cell>> {
     in_order.then(|| (0..=last.index - first.index).map(|n| first.plus(n)).collect())
 }
 
-/// Lowers an instruction with two or three branches. The last branch resets, and has priority.
+/// Lowers KEEP, SFT, a counter or an accumulative timer, which have two or three branches. The last branch resets, and
+/// has priority.
 pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     let key = builder.key(item, true);
     let branches =
@@ -370,7 +372,7 @@ impl Inputs {
     }
 }
 
-/// The time base of a timer; `None` if it is not a timer or the time base is unknown.
+/// The time of one unit of a timer's set value. `None` if the instruction is not a timer or its time base is unknown.
 fn time_base(item: &Item<'_>) -> Option<Picos> {
     const MS: u64 = 1_000_000_000;
     let name = item.row.map_or("", |row| &*row.mnemonic);

@@ -116,7 +116,8 @@ fn begins_instruction(word: &str) -> bool {
             && !is_operand(word))
 }
 
-/// The instruction at the start of the words, without operands, and the number of words it takes.
+/// The instruction at the start of the words, without operands, and the number of words it takes. `None` if they do not
+/// begin with an instruction.
 fn head(words: &[&str]) -> Option<(RawInstruction, usize)> {
     let first = *words.first()?;
     let marks = first.len() - first.trim_start_matches(['@', '%', '!']).len();

@@ -12,7 +12,7 @@ use scanbound_ir::{
     MissingRoutine, Operand, Program, Region, Step, TimingKey, When, WordSource, Write,
 };
 
-/// What the facts file states about a routine that is missing from the files.
+/// The time and the writes that the facts file states for a routine that is missing from the files.
 pub struct StatedRoutine {
     /// The longest time of one call of the routine.
     pub time: Picos,
@@ -42,7 +42,7 @@ impl Builder {
         }
     }
 
-    /// Sets the source place, text and operands of the instructions that are added next.
+    /// Sets the source position, text and operands of the instructions that are added next.
     pub fn at(&mut self, place: Location, text: Arc<str>, operands: Arc<[Operand]>) {
         (self.place, self.text, self.operands) = (place, text, operands);
     }
@@ -81,15 +81,15 @@ impl Builder {
         at
     }
 
-    /// Adds an interrupt program that begins at instruction `entry`. `stated` is its number of runs in a scan; `None`:
-    /// one run.
+    /// Adds an interrupt routine that begins at instruction `entry`. `stated` is the number of its runs in a scan that
+    /// the user states; `None`: one run is charged.
     pub fn interrupt(&mut self, name: String, entry: usize, stated: Option<u32>) {
         let (times, stated) = (stated.unwrap_or(1), stated.is_some());
         self.program.interrupts.push(Interrupt { name, entry, times, stated });
     }
 
-    /// Directs a call to a stub for a routine that is missing from the files. The stub is added at the end. Without
-    /// `known`, it takes no time and may write everything.
+    /// Directs the call at instruction `call` to a substitute for a routine that is missing from the files. The
+    /// substitute is added at the end of the program. If `known` is `None`, it takes no time and may write everything.
     pub fn call_absent(&mut self, call: usize, name: &str, known: Option<StatedRoutine>) {
         let entry = self.next();
         let stated = known.is_some();
@@ -126,12 +126,12 @@ impl Builder {
         });
     }
 
-    /// Whether the cell budget has room for effects on this many more cells.
+    /// Whether effects on this many more cells would be kept within the cell budget.
     pub fn has_room(&self, cells: usize) -> bool {
         self.budget.has_room(cells)
     }
 
-    /// A new choice (nondeterministic value) without a meaning: it may have any value.
+    /// A new choice (nondeterministic value) of which nothing is known: it may have any value.
     pub fn choice(&mut self) -> ChoiceId {
         self.program.choices += 1;
         ChoiceId(self.program.choices - 1)
@@ -158,23 +158,25 @@ impl Builder {
         self.program.timekeeping.elapsed.insert(elapsed, over);
     }
 
-    /// A bit that may have any value.
+    /// An expression for a bit that may have any value, from a new choice.
     pub fn free_bit(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.choice()))
     }
 
-    /// A word that may have any value.
+    /// A word that may have any value, from a new choice.
     pub fn free_word(&mut self) -> WordSource {
         WordSource::Free(self.choice())
     }
 
-    /// As [`Builder::define`]. In addition, the symbolic execution follows this meaning, whatever it reads.
+    /// As [`Builder::define`]. In addition, the analysis always executes the operation, even if its operands are
+    /// unknown.
     pub fn define_followed(&mut self, choice: ChoiceId, meaning: Meaning) {
         self.program.always_followed.insert(choice);
         self.define(choice, meaning);
     }
 
-    /// Records the meaning (operation and operands) that computes the value of a choice, if the cell budget allows it.
+    /// Records the operation and operands that compute the value of a choice. If this exceeds the cell budget, nothing
+    /// is recorded, and the choice may have any value.
     pub fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
         if self.budget.meaning(&meaning) {
             self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));

@@ -115,7 +115,7 @@ pub enum Amount {
         /// The index of the operand with the exponent, from 0.
         operand: usize,
     },
-    /// Up to the device that a second operand names.
+    /// All cells from this operand up to the device that a second operand names.
     UpTo {
         /// The index of the second operand, from 0.
         operand: usize,
@@ -125,7 +125,7 @@ pub enum Amount {
 }
 
 impl Amount {
-    /// The index (from 0) of the operand that determines the amount.
+    /// The index (from 0) of the operand that determines the amount. `None` if it is fixed or unknown.
     pub fn counter(self) -> Option<usize> {
         match self {
             Amount::Counted { operand, .. }
@@ -152,7 +152,7 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// The number of words, bits or devices that the operand covers.
+    /// The number of words, bits or devices that the operand covers; unknown for a text.
     pub fn amount(self) -> Amount {
         match self {
             Extent::Bits(amount) | Extent::Words(amount) | Extent::Devices(amount) => amount,
@@ -171,7 +171,8 @@ pub struct Operand<Extra> {
 }
 
 impl<Extra> Operand<Extra> {
-    /// The number of words that are read, if the operand is only read.
+    /// The number of words that the instruction reads from the operand, if its role is [`Role::Source`]. `None` for
+    /// other roles, and for bits, devices and texts.
     pub fn read_words(&self) -> Option<Amount> {
         match (&self.role, self.extent) {
             (Role::Source, Extent::Words(amount)) => Some(amount),
@@ -179,8 +180,9 @@ impl<Extra> Operand<Extra> {
         }
     }
 
-    /// The number of words that the instruction may write, for any operand that can stand at this position. `None`:
-    /// none.
+    /// The number of words that the instruction writes, if the operand's role is [`Role::Destination`] or
+    /// [`Role::ReadWrite`]. `None` for other roles (also for [`Role::ReadWriteIfDevice`]), and for bits, devices and
+    /// texts.
     pub fn written_words(&self) -> Option<Amount> {
         match (&self.role, self.extent) {
             (Role::Destination | Role::ReadWrite, Extent::Words(amount)) => Some(amount),
@@ -198,15 +200,17 @@ pub struct Row<V: Vocabulary> {
     pub operands: Vec<Operand<V::Role>>,
     /// Whether the last operand is optional.
     pub optional: bool,
-    /// The timing class of the instruction.
+    /// The timing class of the instruction: its time applies if the timing table does not name the instruction.
     pub class: &'static str,
-    /// What the instruction does.
+    /// What the instruction does: the dialect's value for the keyword in the column `meaning`.
     pub meaning: V::Meaning,
-    /// The index (from 0) of the operand that holds the number of units. `None` if the time does not depend on units.
+    /// The index (from 0) of the operand that holds the number of units. `None` if no operand does: the time does not
+    /// depend on units, or [`Row::most_units`] limits them.
     pub units: Option<usize>,
     /// The number of units for each item that this operand counts: 2 if it counts double words.
     pub unit_size: u64,
-    /// The largest number of units, for an instruction without a counting operand.
+    /// The largest number of units, for an instruction without a counting operand. `None` if the catalog gives no such
+    /// limit.
     pub most_units: Option<u64>,
     /// Areas, by their names in the program, in which the instruction may also write any cell; `*` means all areas.
     pub also: Vec<&'static str>,
@@ -215,7 +219,7 @@ pub struct Row<V: Vocabulary> {
 }
 
 impl<V: Vocabulary> Row<V> {
-    /// Whether the row accepts this number of operands.
+    /// Whether the row accepts this number of operands: all, or all but the last if that is optional.
     pub fn takes(&self, operands: usize) -> bool {
         let most = self.operands.len();
         operands == most || (self.optional && operands + 1 == most)
@@ -251,7 +255,7 @@ impl<V: Vocabulary> Catalog<V> {
         Catalog { heads, names }
     }
 
-    /// All forms of one instruction.
+    /// All forms of one instruction. `None` if the catalog does not have the mnemonic.
     pub fn rows(&self, mnemonic: &str) -> Option<&[Row<V>]> {
         self.names.get(mnemonic).map(|lines| self.read(lines))
     }
@@ -324,7 +328,7 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     })
 }
 
-/// The text inside the brackets of an optional operand.
+/// The text inside the brackets of an optional operand. `None` if the word has no brackets.
 fn optional_operand(word: &str) -> Option<&str> {
     word.strip_prefix('[')?.strip_suffix(']')
 }

@@ -47,7 +47,7 @@ impl Named {
 }
 
 /// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: the code pages of
-/// the vendors' tools and that of Western Europe.
+/// the vendors' tools and that of Western Europe. Empty for other bytes.
 pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
         return Vec::new();
@@ -56,7 +56,7 @@ pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     pages.filter_map(|page| Some((page.name(), strict(page, bytes).ok()?))).collect()
 }
 
-/// The place where decoding failed.
+/// Why a file could not be decoded, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Undecodable {
     /// The byte offset in the file at which decoding failed, from 0.
@@ -130,7 +130,8 @@ pub fn beginning<'a>(bytes: &'a [u8], limit: usize, known_words: &[&str]) -> Cow
     candidates.swap_remove(marked.unwrap_or(0))
 }
 
-/// The encoding that the file declares, and the length of its byte order mark.
+/// The encoding that the file declares by a byte order mark or an XML declaration, or UTF-16 if a zero byte shows it;
+/// and the length of the byte order mark (0 if there is none). `None` if nothing shows the encoding.
 fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     Encoding::for_bom(bytes).or(match bytes {
         // Only UTF-16 text has a NUL beside a character of ASCII.
@@ -140,7 +141,7 @@ fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     })
 }
 
-/// The encoding that the XML declaration names. `None` if it is a Unicode encoding.
+/// The encoding that the XML declaration names. `None` if there is none, or if it names UTF-8 or UTF-16.
 fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
     let end = bytes.iter().take(MAX_DECLARED).position(|&byte| byte == b'>')?;
     let head = std::str::from_utf8(&bytes[..end]).ok()?;
@@ -154,7 +155,7 @@ fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
 /// The largest length of an XML declaration, in bytes.
 const MAX_DECLARED: usize = 200;
 
-/// Decodes, or returns the offset of the first invalid byte.
+/// Decodes all bytes, or returns the offset of the first invalid one.
 fn strict<'a>(encoding: &'static Encoding, bytes: &'a [u8]) -> Result<Cow<'a, str>, usize> {
     if let Some(text) = encoding.decode_without_bom_handling_and_without_replacement(bytes) {
         return Ok(text);

@@ -8,9 +8,9 @@ use super::catalog::{Extent, Operand, Role, Row, Vocabulary};
 pub struct Examples {
     /// The dialect in which the lines are written.
     pub dialect: &'static str,
-    /// The names of variants of the instruction: pulsed, for double words, unsigned.
+    /// The names of variants of the instruction, such as the pulsed, double-word or unsigned one.
     pub variants: Vec<String>,
-    /// The forms of the instruction.
+    /// One entry for each form of the instruction: a form takes other operands than the others.
     pub forms: Vec<ExampleForm>,
 }
 
@@ -33,11 +33,11 @@ pub struct Example {
 /// The kind of device or constant that an example operand must be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sample {
-    /// A bit.
+    /// A device that is a bit.
     Bit,
     /// A word, or the first of several words.
     Word,
-    /// A number.
+    /// A constant number.
     Number,
     /// A name or an address.
     Address,
@@ -61,7 +61,7 @@ pub fn samples<V: Vocabulary>(row: &Row<V>) -> Vec<Sample> {
     row.operands.iter().enumerate().map(sample).collect()
 }
 
-/// A form from its possible lines; each line is tried in each frame (a program in which `{}` stands for the line).
+/// A form from its possible lines. Each line is a candidate in each frame: a program in which `{}` stands for the line.
 pub fn form(lines: &[String], frames: &[&str]) -> ExampleForm {
     let candidates = lines.iter().flat_map(|line| {
         frames.iter().map(move |frame| Example {
@@ -72,7 +72,8 @@ pub fn form(lines: &[String], frames: &[&str]) -> ExampleForm {
     ExampleForm { candidates: candidates.collect() }
 }
 
-/// Those of `names` that differ from `name` only by prefixes (`before`) and suffixes (`behind`).
+/// Those of `names` that differ from `name` only by prefixes in `before` and suffixes in `behind`, at most one of each
+/// on either side.
 pub fn variants_of<'n>(
     name: &str,
     names: impl Iterator<Item = &'n str>,

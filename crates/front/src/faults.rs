@@ -11,7 +11,7 @@ const HOPELESS: usize = 1000;
 /// The largest number of characters of a source line that a message shows.
 const SHOWN: usize = 120;
 
-/// The errors and warnings of one file.
+/// The errors and warnings of one file. At most 50 of each are kept; further ones are counted.
 #[derive(Debug, Clone)]
 pub struct Faults<'a> {
     file: &'a str,
@@ -53,7 +53,7 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// Adds an error for a whole line; `text` is shortened to fit.
+    /// Adds an error for a whole line; of `text`, the message shows at most 120 characters.
     pub fn error_in_line(&mut self, code: Code, line: u32, text: &str, message: &str, help: &str) {
         if self.errors.len() < LIMIT {
             self.errors.push(Diagnostic::line(code, self.file, line, shown(text), message, help));
@@ -76,13 +76,14 @@ impl<'a> Faults<'a> {
         self.push(found);
     }
 
-    /// Whether there are so many errors that reading should stop. If so, the note on further errors says "at least".
+    /// Whether at least 1000 errors were not listed, so that reading should stop. If so, the note on further errors
+    /// says "at least".
     pub fn give_up(&mut self) -> bool {
         self.given_up = self.dropped_errors >= HOPELESS;
         self.given_up
     }
 
-    /// Whether there is any error, so that the file cannot be used.
+    /// Whether there is any error, not only warnings, so that the file cannot be used.
     pub fn any_error(&self) -> bool {
         !self.errors.is_empty()
     }
@@ -126,7 +127,7 @@ impl<'a> Faults<'a> {
     }
 }
 
-/// The text on one line for a message: control characters become blanks, and a long text is cut.
+/// The text on one line for a message: control characters become blanks, and a text of more than 120 characters is cut.
 pub fn shown(text: &str) -> String {
     let mut out: String =
         text.chars().take(SHOWN).map(|c| if c.is_control() { ' ' } else { c }).collect();

@@ -167,7 +167,8 @@ pub fn fault(input: &Input, beginning: &str) -> Option<Diagnostic> {
     Some(Diagnostic::file(Code::UnsupportedFormat, &input.name, message, help))
 }
 
-/// What a file is that scanbound itself reads or writes, and how to give it. `None` for other files.
+/// What a file is that scanbound itself reads or writes but that is not a program (a timing table, facts, a project
+/// file, a report), and how to give it. `None` for other files.
 fn own_format(beginning: &str) -> Option<(&'static str, &'static str)> {
     let lines = || beginning.lines().map(str::trim);
     let is_written = |line: &&str| !line.is_empty() && !line.starts_with('#');

@@ -16,7 +16,7 @@ use std::fmt;
 pub struct Dialect {
     /// The name of the dialect for `--dialect` and reports.
     pub name: &'static str,
-    /// A description of the dialect for messages.
+    /// A description of the dialect's files for messages, with an example where it helps.
     pub what: &'static str,
     /// The test that recognises files of this dialect.
     pub sniff: Sniff,
@@ -48,13 +48,13 @@ pub trait Front: Sync {
         Vec::new()
     }
 
-    /// The mnemonics of all instructions that the front knows.
+    /// The mnemonics of all instructions that the front knows. Empty if it has no catalog of instructions.
     fn instructions(&self) -> Vec<String> {
         Vec::new()
     }
 
     /// Example lines of an instruction. `name` is its mnemonic in upper case, `family` the CPU family as timing tables
-    /// name it. `None` if this front does not have the family, or the family not the instruction.
+    /// name it. `None` if this front does not have the family, or the family does not have the instruction.
     fn examples(&self, name: &str, family: &str) -> Option<Examples> {
         let _ = (name, family);
         None
@@ -81,9 +81,9 @@ pub struct SourceOptions {
     pub comments: Option<Comments>,
 }
 
-/// A project as its front has parsed it, before its meaning is determined.
+/// A project as its front has parsed it, before it is lowered to a [`Program`].
 pub trait Project: Any + fmt::Debug {
-    /// The CPU that the project names, or the only CPU that has its dialect.
+    /// The CPU that the project names, or the only CPU that has its dialect. `None` if the project names none.
     fn cpu(&self) -> Option<&str>;
 
     /// Findings of the reading that do not stop the audit.
@@ -91,7 +91,7 @@ pub trait Project: Any + fmt::Debug {
         Vec::new()
     }
 
-    /// What the user may state about the project's PLC.
+    /// Which properties of the project's PLC the user may state: none, unless the front says otherwise.
     fn machine_options(&self) -> MachineOptions {
         MachineOptions::default()
     }
@@ -126,9 +126,9 @@ pub struct MachineOptions {
 
 /// What a front needs to lower the source, besides the source itself.
 pub struct Options<'a> {
-    /// The CPU as the user named it.
+    /// The CPU as the user named it. `None` if the user named none.
     pub cpu: Option<&'a str>,
-    /// The CPU family of the timing table.
+    /// The CPU family of the timing table. `None` if it is unknown.
     pub family: Option<&'a str>,
     /// Whether the timing table has a user-defined instruction of this name.
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
@@ -137,7 +137,7 @@ pub struct Options<'a> {
     /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound
     /// needs. Otherwise such a call is an error.
     pub absent_calls_take_no_time: bool,
-    /// The task whose scan is analysed, if the project has several.
+    /// The task whose scan is analysed, as the user named it. `None` if the user named none.
     pub task: Option<&'a str>,
     /// Whether the task's scan is analysed without interruptions by other tasks, even if the facts state them.
     pub uninterrupted: bool,
@@ -149,7 +149,8 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// Options with only the facts set.
+    /// Options with these facts and nothing else stated: no CPU, family, task, time budget or user-defined
+    /// instructions; others may write variables between scans.
     #[must_use]
     pub fn new(facts: &'a Facts) -> Options<'a> {
         Options {

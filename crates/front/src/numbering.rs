@@ -13,7 +13,7 @@ pub struct NumberedLine<'a> {
     pub address: Option<u32>,
     /// The number of addresses that the instruction occupies; `None` if unknown (but at least one).
     pub takes: Option<u32>,
-    /// The text of the line after the address.
+    /// The text of the line after the address, for messages.
     pub text: &'a str,
     /// Whether the addresses may start again from 0 after this line.
     pub restarts: bool,

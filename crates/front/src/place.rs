@@ -21,13 +21,14 @@ impl Default for WordPositions {
 }
 
 impl WordPositions {
-    /// The positions of words that are slices of `text`.
+    /// The byte offsets of words that are slices of `text`; 0 for a word that is not.
     pub fn of_slices<'w>(text: &str, words: impl IntoIterator<Item = &'w str>) -> WordPositions {
         let start = |word: &str| slice_range(text, word).map_or(0, |range| range.start);
         WordPositions::Text(words.into_iter().map(|word| start(word) as u32).collect())
     }
 
-    /// Appends the positions of words that follow on further lines of the same text.
+    /// Appends the byte offsets of words that follow on further lines of the same text. Does nothing if either side
+    /// holds line numbers.
     pub fn extend(&mut self, more: WordPositions) {
         if let (WordPositions::Text(all), WordPositions::Text(more)) = (self, more) {
             *all = all.iter().chain(&more).copied().collect();
@@ -35,7 +36,8 @@ impl WordPositions {
     }
 }
 
-/// The byte range of `part` in `whole`; `None` if it is not a slice of it (an equal text elsewhere does not count).
+/// The byte range of `part` in `whole`. `None` if it is empty or not a slice of it (an equal text elsewhere does not
+/// count).
 pub fn slice_range(whole: &str, part: &str) -> Option<Range<usize>> {
     let from = (part.as_ptr() as usize).checked_sub(whole.as_ptr() as usize)?;
     let to = from + part.len();
@@ -72,8 +74,9 @@ pub struct Caret<'a> {
 }
 
 impl Caret<'_> {
-    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them.
-    /// It shows the source line on which that word is.
+    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them,
+    /// upper or lower case. It shows the source line on which that word is. If `part` is neither, it shows the
+    /// instruction without a caret.
     pub fn at(
         &self,
         part: &str,
@@ -96,7 +99,8 @@ impl Caret<'_> {
         }
     }
 
-    /// The index of the word that contains `part` (0 is the mnemonic), and the byte range in this word.
+    /// The index of the word that contains `part` (0 is the mnemonic), and the byte range in this word. If several
+    /// words are equal to `part`, the first operand among them.
     fn word(&self, part: &str) -> Option<(usize, Range<usize>)> {
         let words =
             || std::iter::once(self.mnemonic).chain(self.operands.iter().map(String::as_str));
@@ -112,7 +116,8 @@ impl Caret<'_> {
         own.or_else(like)
     }
 
-    /// Places the caret under the wrong word in the text of the instruction.
+    /// Places the caret under a word of the instruction's text: under `range` of an operand, or under the whole
+    /// mnemonic.
     fn in_text(&self, whole: Diagnostic, word: usize, range: &Range<usize>) -> Diagnostic {
         let behind =
             |from: usize| self.operands[from..].iter().map(|one| one.len() + 1).sum::<usize>();
@@ -126,7 +131,8 @@ impl Caret<'_> {
         }
     }
 
-    /// Places the caret under the wrong word in the line of the source.
+    /// Places the caret under `part` in the line of the source. `start` is the offset of its word in the file, and
+    /// `range` the range of `part` in this word.
     fn in_source(
         &self,
         whole: Diagnostic,

@@ -11,7 +11,7 @@ use super::input::Input;
 use super::{foreign, text};
 use scanbound_base::diagnostic::Diagnostic;
 
-/// A list of fronts.
+/// The fronts that may read a file. Each file is read by the front whose dialect it is in.
 #[derive(Clone, Copy)]
 pub struct Fronts(pub &'static [&'static dyn Front]);
 
@@ -45,7 +45,8 @@ impl Fronts {
         self.0.iter().any(|front| front.is_comment_file(name, beginning))
     }
 
-    /// Recognises a file by its beginning.
+    /// Recognises whether a file is a program, and in which dialect, or holds device comments. Dialects of binary files
+    /// see the whole file, all others its beginning.
     ///
     /// # Errors
     /// The file is empty, is not text, is in no known dialect, or fits two dialects.
@@ -117,7 +118,7 @@ impl Fronts {
         self.dialects().map(|dialect| dialect.what).collect::<Vec<_>>().join("; ")
     }
 
-    /// Finds a dialect by its name.
+    /// Finds a dialect by its name. The error lists the known names.
     fn dialect_named(self, name: &str) -> Result<&'static Dialect, Diagnostic> {
         self.dialects().find(|dialect| dialect.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.dialects().map(|dialect| dialect.name).collect();
@@ -130,8 +131,8 @@ impl Fronts {
         })
     }
 
-    /// Reads a project's files: programs in the given order, and device comments. Without `dialect` it is recognised by
-    /// the content.
+    /// Reads a project's files: programs in the given order, all in one dialect, and device comments. If `dialect` is
+    /// `None`, it is recognised by the content.
     ///
     /// # Errors
     /// The errors and warnings of all files.
@@ -234,7 +235,8 @@ impl Fronts {
         }
     }
 
-    /// Recognises what a file is, if the user may have named its dialect.
+    /// Recognises what a file is. If the user named a dialect, a file that is recognised as another one is an error,
+    /// and an unrecognised text file is taken as a program in the named one.
     fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<FileKind, Diagnostic> {
         let found = self.detect(input);
         let Some(named) = named else { return found };

@@ -10,12 +10,14 @@ use scanbound_base::diagnostic::Diagnostic;
 /// The number of bytes at the beginning of a file that are used to recognise it.
 pub const BEGINNING: usize = 64 * 1024;
 
-/// The text of a file's beginning; invalid bytes are replaced. `known_words` help to choose the code page.
+/// The text of the first [`BEGINNING`] bytes of a file; invalid bytes are replaced. `known_words` help to choose the
+/// code page.
 pub fn beginning<'a>(bytes: &'a [u8], known_words: &[&str]) -> Cow<'a, str> {
     encoding::beginning(bytes, BEGINNING, known_words)
 }
 
-/// As [`beginning`], but refuses binary data.
+/// As [`beginning`], but refuses binary data: more than 1 % of the characters are control characters other than tabs,
+/// line ends, form feeds and the end-of-file mark.
 ///
 /// # Errors
 /// The file is binary.
@@ -66,13 +68,14 @@ pub fn decoded<'a>(input: &'a Input, known_words: &[&str]) -> Result<Cow<'a, str
     })
 }
 
-/// Whether a text is markup (XML, HTML). Its content may look like an instruction list, but is not one.
+/// Whether a text is markup (XML, HTML): it begins with `<`. Its content may look like an instruction list, but is not
+/// one.
 #[must_use]
 pub fn is_markup(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-/// A file name without directory and extension.
+/// A file name without directory and (last) extension.
 pub fn stem(name: &str) -> &str {
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
     match base.rsplit_once('.') {
@@ -81,7 +84,7 @@ pub fn stem(name: &str) -> &str {
     }
 }
 
-/// One warning for each empty file with device comments.
+/// One warning for each file with device comments that is empty or blank.
 pub fn empty_comment_files(comment_files: &[&Input]) -> Vec<Diagnostic> {
     let is_blank = |input: &&&Input| beginning(&input.bytes, &[]).trim().is_empty();
     let warnings = comment_files.iter().filter(is_blank).map(|input| {

@@ -29,7 +29,8 @@ const DEPTH: usize = 8;
 /// The files that were read, and findings about files that were left out.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// The files in the order in which the user named them; those of a directory in the order of their names.
+    /// The files that were read, in the order in which the user named them; those of a directory in the order of their
+    /// names.
     pub inputs: Vec<Input>,
     /// Warnings about files that were left out, and about an order that was assumed.
     pub warnings: Vec<Diagnostic>,
@@ -48,7 +49,7 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
     }
 }
 
-/// As [`gather`], but continues after errors and returns them among the warnings.
+/// As [`gather`], but continues after errors and returns them among the warnings, with the files that could be read.
 #[must_use]
 pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     let named = paths.iter().filter_map(|path| fs::canonicalize(path).ok()).collect();
@@ -78,7 +79,7 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     Gathered { inputs, warnings: found }
 }
 
-/// Reads one program or file of measurements, or standard input.
+/// Reads one program or file of measurements of at most 4 GiB, or standard input.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -147,7 +148,8 @@ fn is_stdin(path: &Path) -> bool {
 
 struct Gathering<'a> {
     ignore: &'a Ignore,
-    /// All named paths; a subdirectory that is itself named is read under its own name.
+    /// All named paths, in canonical form. A subdirectory or file that is itself named is not searched or reported as a
+    /// part of another directory.
     named: BTreeSet<PathBuf>,
     inputs: Vec<Input>,
     seen: BTreeSet<PathBuf>,
@@ -164,7 +166,8 @@ struct Listing {
 }
 
 impl Gathering<'_> {
-    /// Reads a file; `None` if it cannot be read or was read before.
+    /// Reads a program or comment file. Reports an error and returns `None` if it cannot be read, is too large or was
+    /// read before.
     fn read(&mut self, path: &Path) -> Option<Vec<u8>> {
         let bytes = match bytes(path, LARGEST + 1) {
             Ok(bytes) if bytes.len() as u64 > LARGEST => {
@@ -286,7 +289,8 @@ impl Gathering<'_> {
         }
     }
 
-    /// Handles a subdirectory. Its programs are not read, because their place in the order is unknown.
+    /// Handles a subdirectory. Its programs are not read, because their place in the order of programs is unknown: a
+    /// file in it that may be a program is an error.
     fn within(&mut self, path: &Path, directory: &Path, file: String, listing: &mut Listing) {
         let mut visited = BTreeSet::new();
         let mut looker = ProgramSearch { gathering: self, root: directory, visited: &mut visited };
@@ -327,7 +331,8 @@ struct ProgramSearch<'a, 'g> {
 }
 
 impl ProgramSearch<'_, '_> {
-    /// The first file in a directory, or below it, that may be a program.
+    /// The first file in a directory, or at most `depth` levels below it, that may be a program and is not named
+    /// itself. A directory that is deeper counts as such a file. `None` if there is none.
     fn first(
         &mut self,
         directory: &Path,
@@ -368,7 +373,8 @@ impl ProgramSearch<'_, '_> {
 }
 
 impl Listing {
-    /// One warning about all files of a directory that are not programs.
+    /// One warning that lists the files of a directory that are not programs. `None` if no file was left out or
+    /// ignored.
     fn note(&self, directory: &Path) -> Option<Diagnostic> {
         let parts: Vec<String> = [
             (&self.plain, "left out because they are not programs"),
@@ -436,7 +442,7 @@ fn name(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 
-/// The first bytes of a file, at most `most`.
+/// The first bytes of a file or of standard input, at most `most`. A pipe or a device is an error.
 fn bytes(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if is_stdin(path) {

@@ -14,7 +14,7 @@ pub static FRONTS: Fronts = Fronts(&[
     &scanbound_front_iec::FRONT,
 ]);
 
-/// Recognises a file with [`Fronts::detect`].
+/// Recognises, with [`Fronts::detect`] and all fronts, the dialect of a program or that a file holds device comments.
 ///
 /// # Errors
 /// As [`Fronts::detect`].
@@ -22,7 +22,8 @@ pub fn detect(input: &Input) -> Result<FileKind, Diagnostic> {
     FRONTS.detect(input)
 }
 
-/// Reads a project's files with [`Fronts::read`].
+/// Reads a project's files with [`Fronts::read`], all fronts and the usual reading of comments. If `dialect` is `None`,
+/// it is recognised.
 ///
 /// # Errors
 /// As [`Fronts::read`].

@@ -8,9 +8,10 @@ use super::{ChoiceId, Effect, Region, Write};
 
 /// The largest number of cells that the instructions of a program may list together.
 const MAX_CELLS: usize = 2_000_000;
-/// Effects with at most this many cells are never replaced.
+/// The effects of an instruction with at most this many cells are neither counted nor replaced.
 const FEW: usize = 16;
-/// The number of cells for which an operation counts, in addition to those that its operands list.
+/// What an operation adds to the count besides the cells that its operands list, and what an operand of computed
+/// address or a Boolean expression adds.
 const KNOWN: usize = 12;
 
 /// The number of cells that a program has listed so far.
@@ -20,14 +21,15 @@ pub struct CellBudget {
 }
 
 impl CellBudget {
-    /// Whether this many more cells fit within the limit.
+    /// Whether effects on this many more cells are kept: they fit within the limit, or are so few that they are not
+    /// counted.
     #[must_use]
     pub fn has_room(&self, cells: usize) -> bool {
         cells <= FEW || self.cells + cells <= MAX_CELLS
     }
 
     /// Counts the cells of an instruction's effects if they fit within the limit. Otherwise replaces the effects by
-    /// havocs of everything that they write. Returns whether they fit.
+    /// havocs of everything that they write, with new choices from `choice`. Returns whether they fit.
     pub fn effects(
         &mut self,
         effects: &mut Vec<Effect>,
@@ -91,7 +93,7 @@ impl CellBudget {
     }
 }
 
-/// The number of cells that a write lists, including those that it reads.
+/// The number of cells that a write lists as targets and sources. A havoc counts as 1.
 fn cells(write: &Write) -> usize {
     match write {
         Write::Bit(..) => 2,
@@ -100,7 +102,8 @@ fn cells(write: &Write) -> usize {
     }
 }
 
-/// Merges region `more` into `before` if that contains it or is adjacent to it. Returns whether it was merged.
+/// Merges range `more` into range `before` if they overlap or touch. Returns whether they were merged; never if one is
+/// a whole area.
 fn merge(before: &mut Region, more: Region) -> bool {
     let (Region::Range { first, count }, Region::Range { first: other, count: many }) =
         (&mut *before, more)

@@ -10,8 +10,8 @@ const DIGIT: u16 = 0xF;
 
 impl Meaning {
     /// The condition under which the operands are invalid: a divisor of 0, invalid BCD digits, a lower limit above the
-    /// upper limit, a result that cannot be represented, an address outside its area. `None` if no such case can be
-    /// expressed as a condition.
+    /// upper limit, a result that cannot be represented, an address outside its area. `None` if the operation has no
+    /// such case, or if none of them can be written as an expression.
     #[must_use]
     pub fn operand_error(&self) -> Option<Logic> {
         let of_operands = of_operation(&self.operation, &self.inputs);
@@ -26,7 +26,8 @@ impl Meaning {
         any(of_operands.into_iter().chain(reads).chain(writes))
     }
 
-    /// The smallest number of words that the operation writes.
+    /// A number of words that the operation certainly writes: all of them for copies and repetitions of known length,
+    /// otherwise 1.
     fn written(&self) -> u32 {
         let fill = match (&self.operation, &self.inputs[..]) {
             (Operation::Repeat, [OperationInput::Number(value), OperationInput::Words(times)]) => {
@@ -105,7 +106,7 @@ fn number_of(operand: &OperationInput) -> Option<Number> {
     }
 }
 
-/// The words of a number. `None` if the number is an expression.
+/// The words of a number. `None` if the number is computed (a sum, difference or bitwise combination).
 fn words_of(number: &Number) -> Option<&[WordSource]> {
     match number {
         Number::Words(words) => Some(words),
@@ -137,7 +138,7 @@ fn compare(relation: Relation, format: NumberFormat, left: &Number, right: Numbe
     Logic::Compare(Box::new(Compare { relation, format, left: left.clone(), right }))
 }
 
-/// A constant number of this many words.
+/// A constant number of this many words, in two's complement, low word first.
 fn constant(value: i64, words: usize) -> Number {
     Number::Words(
         (0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect(),
@@ -168,7 +169,7 @@ pub fn is_outside(number: &Number, low: i64, high: i64) -> Logic {
     Logic::Any(vec![is_below(number, low), is_above(number, high)])
 }
 
-/// The condition that a digit of the BCD number is above 9; `None` if the number is an expression.
+/// The condition that a digit of the BCD number is above 9; `None` if the number is computed, not read from words.
 #[must_use]
 pub fn is_invalid_bcd(number: &Number) -> Option<Logic> {
     let digit = |word: WordSource, place: u16| {
@@ -180,7 +181,7 @@ pub fn is_invalid_bcd(number: &Number) -> Option<Logic> {
     any(words.flat_map(|&word| [0, 4, 8, 12].map(|place| digit(word, place))))
 }
 
-/// The least number of words of a list.
+/// The least number of words of a list: 1 for a text.
 fn length(count: &Count) -> u32 {
     match count {
         Count::Exactly(count) => *count,
@@ -189,8 +190,9 @@ fn length(count: &Count) -> u32 {
     }
 }
 
-/// The condition that a list of at least `words` words at this address extends outside the area; `None` if this cannot
-/// be expressed.
+/// The condition that a list of at least `words` words at this address begins below the lowest address of the area or
+/// ends above the highest one. `None` if this cannot happen, or cannot be written as an expression (several terms,
+/// BCD).
 fn outside(address: &Address, shape: Shape, words: u32) -> Option<Logic> {
     let cells = match shape {
         Shape::Cells => words,

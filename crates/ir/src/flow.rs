@@ -3,13 +3,13 @@
 use crate::{BitTarget, Cell, Program, Region, Step, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Pairs of an instruction and its target, for each instruction whose step has a target according to `to`.
+/// Pairs of an instruction and its target, for each instruction for whose step `to` gives a target.
 fn targets(program: &Program, to: impl Fn(&Step) -> Option<usize>) -> Vec<(usize, usize)> {
     let steps = program.instructions.iter().enumerate();
     steps.filter_map(|(at, instruction)| Some((at, to(&instruction.step)?))).collect()
 }
 
-/// All loops as pairs of first and last instruction; outer loops come before inner ones.
+/// All loops as pairs of the index of the `ForBegin` and that of its `ForEnd`; outer loops come before inner ones.
 pub fn loops(program: &Program) -> Vec<(usize, usize)> {
     targets(program, |step| match step {
         Step::ForBegin { end, .. } => Some(*end),
@@ -33,7 +33,8 @@ pub fn calls(program: &Program) -> Vec<(usize, usize)> {
     })
 }
 
-/// The last instruction of a routine: the first return that no jump within the routine passes over.
+/// The last instruction of a routine: the first `Return` that no jump within the routine passes over. `None` if there
+/// is none.
 pub fn routine_end(program: &Program, entry: usize) -> Option<usize> {
     let returns = |from: usize| {
         program.instructions[from..]
@@ -69,7 +70,8 @@ fn calls_within_routines(program: &Program) -> Option<BTreeMap<usize, Vec<(usize
     entries.iter().map(within).collect()
 }
 
-/// A call that leads back to the routine that contains it. `None` if there is no such call.
+/// A call that leads back to the routine that contains it. `None` if there is no such call, or if a routine has no
+/// `Return`.
 pub fn recursion(program: &Program) -> Option<usize> {
     let edges = calls_within_routines(program)?;
     let graph = petgraph::graphmap::DiGraphMap::<usize, usize>::from_edges(
@@ -82,7 +84,8 @@ pub fn recursion(program: &Program) -> Option<usize> {
     edges[&first].iter().find(|(_, target)| circle.contains(target)).map(|&(at, _)| at)
 }
 
-/// A call that is nested more than `most` calls deep; `None` if there is none. The program must not be recursive.
+/// A call that is nested more than `most` calls deep. `None` if there is none, or if a routine has no `Return`. The
+/// program must not be recursive.
 pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
     let within = calls_within_routines(program)?;
     // Round by round, the routines that are reached by one more nested call. Routines still reached after the last
@@ -99,8 +102,9 @@ pub fn nested_beyond(program: &Program, most: usize) -> Option<usize> {
     None
 }
 
-/// The largest number of instructions executed from `from` to `to` (inclusive), with loops unrolled and calls followed.
-/// The program must not be recursive.
+/// An upper limit of the number of instructions executed from `from` to `to` (inclusive): each loop runs its largest
+/// number of iterations, calls are followed, jumps are not taken, and a loop summary counts as one. The program must
+/// not be recursive.
 pub fn unrolled(program: &Program, from: usize, to: usize) -> u64 {
     let mut known = BTreeMap::new();
     unrolled_between(program, from, to, &mut known)
@@ -139,7 +143,7 @@ fn unrolled_between(
     total
 }
 
-/// The cells that an instruction's effects may write.
+/// The cells that an instruction may write: by its effects, or as a loop summary.
 pub fn written(program: &Program, at: usize) -> Vec<Region> {
     let instruction = &program.instructions[at];
     let mut regions = Vec::new();

@@ -14,7 +14,8 @@ pub struct IndexedWrite {
     pub length: Length,
     /// The least and the largest index that the user stated.
     pub stated: Option<(i64, i64)>,
-    /// The ranges of cells (first and last index in the area) that `passes::values` found; empty if it found none.
+    /// The ranges of cells (first and last index in the area) that `passes::values` proved the write to stay in; empty
+    /// if it proved none.
     pub proved: Vec<(u32, u32)>,
 }
 
@@ -37,7 +38,8 @@ impl IndexedWrite {
         Region::Range { first, count: largest - least + 1 }
     }
 
-    /// Whether a region covers everything that the write may reach: the whole area, or all cells from the first one on.
+    /// Whether a region stands for everything that the write may reach: the whole area, or a range of several cells
+    /// that begins at [`IndexedWrite::first`].
     #[must_use]
     pub fn may_reach(&self, region: Region) -> bool {
         match region {
@@ -47,8 +49,8 @@ impl IndexedWrite {
         }
     }
 
-    /// Whether a region is the over-approximation of these cells, and the range of the index is not limited by anything
-    /// except its number of bits.
+    /// Whether a region stands for all cells that the write may reach if nothing is known of the index: see
+    /// [`IndexedWrite::may_reach`], or a range in the same area of more than 65,535 cells.
     #[must_use]
     pub fn is_unknown_in(&self, region: Region) -> bool {
         let is_all = match region {
@@ -66,7 +68,7 @@ impl IndexedWrite {
 pub enum Length {
     /// A constant number of cells.
     Exactly(u32),
-    /// The value of a word times a constant.
+    /// The number of cells is the value of this word times this constant.
     Counted(WordSource, u32),
     /// An unknown number of cells.
     Unknown,

@@ -71,7 +71,7 @@ pub enum Symbol {
 pub struct Path {
     /// The path at whose end this path starts; `None` for the left rail.
     pub from: Option<usize>,
-    /// The contacts that this path draws before its outputs.
+    /// The conditions in series along this path, before its end.
     pub conditions: Drawing,
     /// The coils and boxes that are connected to the end of the path, indices into [`Rung::elements`].
     pub driven: Vec<usize>,
@@ -140,7 +140,7 @@ struct Drawer {
 }
 
 impl Drawer {
-    /// Adds one instruction to the drawing. It is element number `element` of the rung.
+    /// Adds one instruction, which is element number `element` of the rung, to the drawing. Returns its symbol.
     fn take(&mut self, parts: &[Instruction], element: usize) -> Symbol {
         let mut symbol = None;
         for part in parts {
@@ -259,8 +259,8 @@ impl Drawer {
         top.from
     }
 
-    /// Connects an element to the current result, and if it has several inputs, also to the results below it on the
-    /// stack.
+    /// Connects an element to the end of the current path. If the stack has more results, as for an instruction with
+    /// several inputs, their conditions become paths of their own that drive nothing.
     fn drive(&mut self, element: usize) {
         while self.stack.len() > 1 {
             let below = self.stack.remove(0);
@@ -280,7 +280,8 @@ impl Drawer {
         self.paths[point].driven.push(element);
     }
 
-    /// Draws the conditions to which no output is connected.
+    /// Ends the rung or a part of it: the conditions that are left on the stack, to which no output is connected,
+    /// become paths.
     fn finish(&mut self) {
         for Result { from, conditions } in std::mem::take(&mut self.stack) {
             if !conditions.is_empty() {
@@ -315,7 +316,8 @@ fn parallel(first: Drawing, second: Drawing) -> Drawing {
     Drawing::Parallel(all)
 }
 
-/// The symbol of a condition. `LDP X0` tests more than a bit, so it is not a plain contact.
+/// The symbol of a condition: a contact if the instruction has one operand and its value is a bit or a negated bit.
+/// `LDP X0` tests more than a bit, so it is not a contact.
 fn contact(value: &Logic, text: &str) -> Symbol {
     match value {
         _ if text.split(' ').count() != 2 => Symbol::Condition,
@@ -325,7 +327,7 @@ fn contact(value: &Logic, text: &str) -> Symbol {
     }
 }
 
-/// The symbol of an instruction that is drawn as an output.
+/// The symbol of an output: `OUT`, `SET`, `RST` or `RSET` with one operand is a coil; every other instruction is a box.
 fn output_symbol(text: &str) -> Symbol {
     let mut words = text.split(' ');
     let mnemonic = words.next().unwrap_or_default().trim_start_matches('@');

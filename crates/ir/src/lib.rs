@@ -87,10 +87,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A change of the PLC's memory.
+/// A write to cells of the PLC's memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Write {
-    /// Writes a value to a bit.
+    /// Writes the value of an expression to a bit.
     Bit(BitTarget, Logic),
     /// Writes the words of a number to as many targets. All sources are read before any target is written.
     Words(Vec<WordTarget>, Number),
@@ -135,7 +135,8 @@ pub enum Join {
 /// What an instruction does besides its effects.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Step {
-    /// A contact, or another change of the result.
+    /// A contact, or another instruction that combines a value with the stack of results. It fires if the value is
+    /// true.
     Logic {
         /// How the value is combined with the stack.
         join: Join,
@@ -152,13 +153,13 @@ pub enum Step {
     Fetch(u32),
     /// A coil or an application instruction, which changes the state only by its effects.
     Act {
-        /// When the instruction fires, so that it costs its on-time.
+        /// The instruction fires, and costs its on-time, if this expression is true.
         fires: Logic,
     },
     /// If it fires, control jumps to a later instruction of the same routine: never into or out of a master control
     /// region, and never into a loop. A jump out of a loop ends the loop.
     Jump {
-        /// When the jump is taken.
+        /// The jump is taken if this expression is true.
         fires: Logic,
         /// The index of the instruction to which the step jumps.
         target: usize,
@@ -166,18 +167,20 @@ pub enum Step {
     /// If it fires, calls the routine at `target`, which runs to a `Return`; then control continues here. The routine
     /// has a stack, slots and master control regions of its own, initially empty.
     Call {
-        /// When the routine is called.
+        /// The routine is called if this expression is true.
         fires: Logic,
         /// The first instruction of the routine.
         target: usize,
     },
     /// Returns from a called routine, or ends the interrupt routine.
     Return,
-    /// Ends the main routine of this file.
+    /// Ends the main routine that is running, even from a routine that it called. In an interrupt routine, ends that
+    /// run.
     End,
-    /// If the instruction fires, the scan ends: nothing else is executed in any file, except interrupt routines.
+    /// If the instruction fires, the scan ends: the interrupt routines still run, but nothing else in any file. In an
+    /// interrupt routine, ends only that run.
     Stop {
-        /// When the instruction ends the scan.
+        /// The instruction ends the scan if this expression is true.
         fires: Logic,
     },
     /// An unbounded loop: control has returned to an earlier point and nothing that the loop tests has changed, or no
@@ -194,9 +197,9 @@ pub enum Step {
     ForBegin {
         /// The word that holds the number of iterations.
         count: WordSource,
-        /// The least number of iterations.
+        /// The least number of iterations: a smaller count is raised to it.
         least: u32,
-        /// The largest number of iterations.
+        /// The largest number of iterations: a larger count is lowered to it.
         most: u32,
         /// The index of the matching `ForEnd`.
         end: usize,
@@ -228,17 +231,19 @@ pub enum Step {
 /// The contents of a loop summary. Boxed in [`Step`], because it is large and rare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// The matching `ForEnd`; the instructions up to it are not executed.
+    /// The last instruction that is not executed: of a loop, its `ForEnd`; of a routine, the summary itself. Control
+    /// continues after it if no exit is taken.
     pub end: usize,
     /// The instructions that are charged, each with the number of times that it is charged.
     pub charges: Vec<(usize, u64)>,
-    /// The regions that the loop may write.
+    /// The regions that the loop or routine may write.
     pub havocs: Vec<Region>,
     /// The choice whose values are written to these regions.
     pub choice: ChoiceId,
     /// The exits besides the normal end of the loop, each with the choice that decides whether it is taken.
     pub exits: Vec<(ChoiceId, Exit)>,
-    /// For a loop: the word with the number of iterations, and the smallest and largest number. Real runs use these.
+    /// For a loop: the word with the number of iterations, and the smallest and largest number. Real runs use these to
+    /// execute the loop. `None` for a routine, at which a real run stops.
     pub iterations: Option<(WordSource, u32, u32)>,
 }
 
@@ -256,7 +261,8 @@ pub enum Exit {
 }
 
 impl Step {
-    /// Whether the step is disabled while a master control region is off.
+    /// Whether the conditions of the open master control regions are part of the step's condition. If not, the
+    /// condition is the top of the stack alone.
     #[must_use]
     pub fn depends_on_master_control(&self) -> bool {
         match self {
@@ -281,7 +287,8 @@ impl Step {
         }
     }
 
-    /// The expression that says whether the step fires; `None` if it fires whenever it is reached.
+    /// The expression that says whether the step fires: the value of a contact, else the field `fires`. `None` if the
+    /// step fires whenever it is reached.
     #[must_use]
     pub fn fires(&self) -> Option<&Logic> {
         match self {
@@ -357,7 +364,7 @@ pub struct Program {
     pub files: Vec<SourceFile>,
     /// Indices into `files` of the files that contain only subroutines and do not run by themselves.
     pub standby: Vec<usize>,
-    /// The memory areas.
+    /// The memory areas. An [`AreaId`] is an index into this list.
     pub areas: Vec<Area>,
     /// The instructions of all files.
     pub instructions: Vec<Instruction>,
@@ -373,9 +380,9 @@ pub struct Program {
     /// Instructions whose iterations or units have a smaller upper limit than their words could hold, as
     /// `passes::values` found.
     pub limited_counts: BTreeSet<usize>,
-    /// Instructions that may cause an operation error, and under which condition; the condition is evaluated in the
-    /// state before the instruction, if it fires or is a contact. The CPU stops at such an error, so a scan with one is
-    /// not a lower bound. The upper bound includes such scans.
+    /// By instruction: the condition under which it causes an operation error. It is evaluated in the state before the
+    /// instruction, and counts only if the instruction fires or is a contact. The CPU stops at such an error, so a scan
+    /// with one is not a lower bound. The upper bound includes such scans.
     pub errors: BTreeMap<usize, Logic>,
     /// Calls of routines whose source is missing, one entry for each call.
     pub missing_routines: Vec<MissingRoutine>,
@@ -388,21 +395,22 @@ pub struct Program {
     pub choices: u32,
     /// Where the values of choices come from. Nothing is known of a choice without an entry.
     pub kinds: BTreeMap<ChoiceId, ChoiceKind>,
-    /// Exact choices whose operation the upper bound always follows. The operations of others are followed only if
-    /// their operands are known.
+    /// Choices of the kind [`ChoiceKind::Exact`] whose operation the analysis always executes. It executes the
+    /// operations of other choices only where their operands are known.
     pub always_followed: BTreeSet<ChoiceId>,
     /// Choices that read registers which the CPU itself sets: the name of the register's area, and its number.
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
     /// Timers and counters, for emulated CPUs and runs of successive scans.
     pub timekeeping: timers::Timekeeping,
-    /// For choices that havoc a whole area because the write is indexed: the cells that may be written.
+    /// For choices that havoc a whole area because an index selects the cells: the cells that the instruction may
+    /// write.
     pub indexed: BTreeMap<ChoiceId, IndexedWrite>,
     /// The memory after power-up.
     pub power_up: PowerUp,
     /// How the program changes the limits of its scan time.
     pub scan_control: ScanControl,
-    /// Cells that may change at any moment: every read gives any value (`passes::interrupts`), and no exact choice is
-    /// computed from them.
+    /// Cells that may change at any moment, because an interrupt routine or another writer changes them: every read
+    /// gives any value (`passes::interrupts`). No operation ([`ChoiceKind::Exact`]) that reads them is computed.
     pub volatile: Vec<Region>,
     /// All places where the program is over-approximated.
     pub approximations: Vec<Approximation>,
@@ -443,7 +451,8 @@ pub struct Program {
     pub stated_counts: BTreeMap<usize, (i64, i64)>,
     /// Statements that hold in the start state of every scan. They contain no choices and no `Logic::Condition`.
     pub invariants: Vec<Logic>,
-    /// The part of `invariants` that the user stated; each says that two bits are not on together.
+    /// The part of `invariants` (a range of its indices) that the user stated; each says that two bits are not on
+    /// together.
     pub stated_exclusions: Range<usize>,
     /// What is known from sequential function charts among the routines.
     pub charts: Charts,
@@ -452,7 +461,8 @@ pub struct Program {
 }
 
 impl Program {
-    /// Records that an instruction is over-approximated. Entries with the same reason share its text.
+    /// Records that an instruction is over-approximated. If one of the last four entries has the same reason, they
+    /// share its text.
     pub fn approximate(&mut self, instruction: usize, what: impl Into<Approximated>) {
         let what = what.into();
         let alike = self.approximations.iter().rev().take(4).find(|one| one.what == what);
@@ -460,7 +470,7 @@ impl Program {
         self.approximations.push(Approximation { instruction, what });
     }
 
-    /// An error at an instruction, with its position and text.
+    /// An error message about an instruction, with its file, line, step number and text.
     #[must_use]
     pub fn fault(
         &self,
@@ -481,7 +491,7 @@ impl Program {
         &self.areas[usize::from(id.0)]
     }
 
-    /// The name of a bit: the cell's name, or the word's name with the bit number (`M5`, `D100.A`).
+    /// The name of a bit: the cell's name, or the word's name with the bit number in hexadecimal (`M5`, `D100.A`).
     #[must_use]
     pub fn bit_name(&self, bit: BitTarget) -> String {
         match bit {
@@ -490,7 +500,8 @@ impl Program {
         }
     }
 
-    /// The cell's name as users write it (`X1F`, `D100`).
+    /// The cell's name as users write it: from `names` or `tags` if they contain the cell, otherwise the area's name
+    /// and the index (`X1F`, `D100`).
     #[must_use]
     pub fn cell_name(&self, cell: Cell) -> String {
         if let Some(name) = self.names.get(&cell) {
@@ -525,13 +536,13 @@ impl Program {
     }
 }
 
-/// One scan, determined by the values of everything nondeterministic in it. Missing values are 0.
+/// One scan of the model, given by its start values and the values of its choices. A value that is missing here is 0.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Witness {
     /// The cells' values at the start of the scan; a bit is 0 or 1.
     pub start: BTreeMap<Cell, u16>,
     /// The values of the choices that the scan reads.
     pub choices: BTreeMap<ChoiceKey, u16>,
-    /// How the analysis that found the scan resolved choices.
+    /// The choices whose values the analysis computed when it found the scan. A replay must compute the same ones.
     pub resolutions: Arc<Resolutions>,
 }

@@ -12,7 +12,7 @@ pub fn short_file_name<'a>(name: &'a str, all: impl Iterator<Item = &'a str>) ->
 }
 
 impl Program {
-    /// The position as text: `line 5`, or `MAIN.csv:5` if the project has several files.
+    /// The position as text: `line 5`, or `MAIN.csv:5` (with the short file name) if the project has several files.
     #[must_use]
     pub fn location_text(&self, at: Location) -> String {
         match self.files.len() {

@@ -35,7 +35,8 @@ use std::collections::BTreeMap;
 pub enum ChoiceKind {
     /// A value from outside the program: any value is possible.
     External,
-    /// The exact result of an operation, which the analysis may treat as unknown.
+    /// The result of an operation on operands. A real run executes the operation; the analysis may let the result have
+    /// any value.
     Exact(Box<Meaning>),
     /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
     /// analysis lets it have any value at each read.)
@@ -216,7 +217,8 @@ pub enum Operation {
     /// Counts the bits of the first input that are set. The result has this many words.
     CountBits(u8),
     /// Decoder: sets the bit whose number is in the low bits of the first input, and clears all others. The second
-    /// input says how many low bits (1 to 8) are used; the result is a list of 2 to this power bits.
+    /// input says how many low bits are used; the result is a list of 2 to this power bits. Unknown if that number is
+    /// not 1 to 8.
     Decode,
     /// Encoder: the number of the highest set bit in the first input, a list of bits. Unknown if no bit is set.
     Encode,
@@ -242,15 +244,17 @@ pub enum Operation {
         /// Whether the second number is subtracted from the first. Otherwise they are added.
         subtract: bool,
     },
-    /// [`Operation::Sum`] for BCD numbers. A negative difference is given as its complement to a power of ten.
+    /// [`Operation::Sum`] for BCD numbers. A negative difference is given as its complement to a power of ten. Unknown
+    /// if a digit is above 9.
     DecimalSum {
         /// Whether the second number is subtracted from the first. Otherwise they are added.
         subtract: bool,
     },
-    /// Multiplies two BCD numbers with the same number of words. The result has twice as many words.
+    /// Multiplies two BCD numbers with the same number of words. The result has twice as many words. Unknown if a digit
+    /// is above 9.
     DecimalMultiply,
     /// Quotient and remainder of two BCD numbers in one result, the remainder after the quotient. Unknown if the
-    /// divisor is 0.
+    /// divisor is 0 or a digit is above 9.
     DecimalDivide,
     /// [`Operation::Divide`] with both numbers in one result, the remainder after the quotient.
     DivideJoined {
@@ -268,10 +272,10 @@ pub enum Operation {
     /// Applies a function to each word of the first input separately.
     EachWord(Unary),
     /// Limits the third input to the range from the first input to the second, signed. Unknown if the first is larger
-    /// than the second, as in the two operations that follow.
+    /// than the second.
     Limit,
     /// Dead band: by how much the third input is outside the range from the first input to the second, signed. Unknown
-    /// if this does not fit.
+    /// if the first is larger than the second, or if the result does not fit.
     Band,
     /// Zone control: adds the first input to the third if the third is negative, and the second input if it is
     /// positive, signed. Unknown if the sum does not fit.
@@ -283,7 +287,7 @@ pub enum Operation {
     /// The sum of the signed numbers in the first input, each of this many words. The result has twice as many words.
     Total(u8),
     /// The mean of the signed numbers in the first input, each of this many words, in as many words. Unknown if it is
-    /// not an integer.
+    /// not an integer, or if there are no numbers.
     Mean(u8),
     /// The maximum or minimum of the signed numbers in the first input. One result: the value, the position (from 1) of
     /// its first occurrence, the number of occurrences.
@@ -296,16 +300,17 @@ pub enum Operation {
     /// Searches the second input, a list, for the number in the first input. Results: the position (from 1) of the
     /// first occurrence, or 0; the number of occurrences.
     Find {
-        /// Whether the PLC may search by bisection. If so, position and number are unknown if the value occurs several
-        /// times.
+        /// Whether the PLC may search by bisection. If so, position and number are always unknown, because they depend
+        /// on the steps of the search if the value occurs several times.
         halving: bool,
     },
     /// Splits the words of the first input into groups of this many bits (4 or 8), lowest group first, and gives each
-    /// as a word. The first word of the second input is the number of groups.
+    /// as a word. The first word of the second input is the number of groups. Unknown if the input has fewer groups.
     Split(u8),
     /// Joins the lowest bits (4 or 8) of the words of the first input to consecutive groups; the remaining bits are 0.
     Combine(u8),
-    /// The bit of the first input whose number is the first word of the second input, modulo the number of bits.
+    /// The bit of the first input whose number is the first word of the second input, modulo the number of bits, as a
+    /// word of 0 or 1.
     PickBit,
     /// The first input, with the bit whose number is the first word of the second input set (`true`) or cleared.
     PutBit(bool),
@@ -317,17 +322,20 @@ pub enum Operation {
     /// Computes with two IEEE 754 singles. Unknown if an operand or the result is neither normal nor +0, or if the
     /// result must be rounded.
     Real(Arithmetic),
-    /// Converts hours, minutes and seconds to seconds in two words. Unknown if the time does not exist.
+    /// Converts hours, minutes and seconds to seconds in two words. Unknown if there is no such time of day.
     ToSeconds,
-    /// Converts seconds to hours, minutes and seconds.
+    /// Converts seconds to hours, minutes and seconds. Unknown if they are not within one day (0 to 86,399).
     FromSeconds,
     /// The present value of a running timer. Inputs: whether it has timed out, its previous value, its set value, an
     /// external number. The result is the external number, limited to the range from the previous value to just below
-    /// the set value. Unknown if the timer has timed out, for set values below 1, and for values beyond the set value.
+    /// the set value. Unknown if the timer has timed out, for set values below 1, and for previous values that are
+    /// negative or not below the set value.
     Elapsed,
     /// The present value of a counter whose count input is on. Inputs: whether the count input was on before, whether
-    /// the count was reached, its previous value, its set value. One more if the input was off before. Unknown for
-    /// set values below 1 and for values beyond the set value.
+    /// the count was reached, its previous value, its set value. The result is the previous value, and one more if the
+    /// input was off before and the count was not reached. Unknown for set values below 1, for previous values that are
+    /// negative or above the set value, and if the previous value and the second input do not agree on whether the
+    /// count was reached.
     Counted,
 }
 
@@ -364,7 +372,8 @@ pub enum Unary {
 }
 
 impl ChoiceKind {
-    /// Calls `see` with every word that the operation reads, except words at computed addresses.
+    /// Calls `see` with every word that the operation reads as a word, or from which it computes an address or a
+    /// length. Bits, and the cells at computed addresses, are omitted.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::External
@@ -435,7 +444,7 @@ impl Meaning {
         words.each_word(&mut |word| Source::Word(word).region().into_iter().for_each(&mut *see));
     }
 
-    /// The meaning of a choice that is read: the first word of this operand.
+    /// The meaning of a choice that is read and has the value of this operand's first word.
     #[must_use]
     pub fn of(input: OperationInput) -> Meaning {
         Meaning { operation: Operation::Copy, inputs: vec![input], outputs: Vec::new() }
@@ -452,13 +461,13 @@ impl Address {
 }
 
 impl Term {
-    /// A word as a signed number.
+    /// A term whose value is this word as a signed number, with the factor 1.
     #[must_use]
     pub fn signed(word: WordSource) -> Term {
         Term { words: vec![word], format: IntegerFormat::Signed, factor: 1 }
     }
 
-    /// A word as an unsigned number.
+    /// A term whose value is this word as an unsigned number, with the factor 1.
     #[must_use]
     pub fn unsigned(word: WordSource) -> Term {
         Term { words: vec![word], format: IntegerFormat::Unsigned, factor: 1 }
@@ -476,7 +485,7 @@ pub enum Read {
     Condition(bool),
 }
 
-/// The observed result of an exact choice.
+/// The observed result of a choice of the kind [`ChoiceKind::Exact`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// The value of a choice that is read.
@@ -494,7 +503,7 @@ pub struct Observation {
     pub outcome: Outcome,
 }
 
-/// What real runs showed about exact choices, by call context and choice.
+/// What real runs showed about choices of the kind [`ChoiceKind::Exact`], by call context and choice.
 pub type Knowledge = BTreeMap<(Vec<Frame>, ChoiceId), Vec<Observation>>;
 
 impl std::fmt::Display for super::Relation {

@@ -4,8 +4,9 @@ use super::source::{Source, SourceMut, logic, logic_mut, number, number_mut};
 use super::{Instruction, Step, Units, Write};
 
 impl Instruction {
-    /// Calls `see` with every source of the step, of the effects, of the loop count and of the unit count. It omits
-    /// choices that are not sources: those of real comparisons, havocked regions and loop summaries.
+    /// Calls `see` with every bit and word that the step, the effects, the loop count or the unit count reads. Choices
+    /// that are not read as a bit or word are omitted: those of comparisons of real numbers, of havocs and of loop
+    /// summaries.
     pub fn each_read(&self, see: &mut dyn FnMut(Source)) {
         if let Some(fires) = self.step.fires() {
             logic(fires, see);

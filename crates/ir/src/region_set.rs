@@ -57,7 +57,7 @@ impl RegionSet {
         }
     }
 
-    /// The last range that begins before this cell.
+    /// The last range that begins before this cell, in the order of areas and indices: it may be in an earlier area.
     fn last_before(&self, cell: Cell) -> Option<(Cell, u32)> {
         let behind = self.ranges.partition_point(|&(first, _)| first < cell);
         self.ranges[..behind].last().copied()
@@ -82,7 +82,8 @@ impl RegionSet {
         self.ranges.splice(from..to, [(first, end - first.index)]);
     }
 
-    /// The same cells in as few regions as possible.
+    /// The set as regions: everything, whole areas, then ranges. Ranges that overlap or touch are joined, but ranges
+    /// within a whole area of the set stay.
     #[must_use]
     pub fn into_regions(self) -> Vec<Region> {
         let everything = self.everything.then_some(Region::Everything).into_iter();

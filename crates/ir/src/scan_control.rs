@@ -64,8 +64,9 @@ pub enum Switch {
 }
 
 impl ScanControl {
-    /// Whether an execution counts as fired if this is not known for certain. `value` is what the scan found. Restarts
-    /// and extensions of the watchdog may have fired, so they count as fired. Settings and switches count as not fired.
+    /// Whether an execution of an instruction counts as fired if it is unknown whether it fired. Restarts and
+    /// extensions of the watchdog count as fired; settings of times and switches count as not fired; for all others the
+    /// result is `value`, what the scan found.
     #[must_use]
     pub fn may_have_fired(&self, instruction: usize, value: bool) -> bool {
         let sets = self.watchdog.contains_key(&instruction)
@@ -76,13 +77,14 @@ impl ScanControl {
         helps || (value && !sets)
     }
 
-    /// Whether the program restarts the watchdog or sets its time.
+    /// Whether the program restarts the watchdog, sets its time or extends it.
     #[must_use]
     pub fn sets_watchdog(&self) -> bool {
         !self.restarts.is_empty() || !self.watchdog.is_empty() || !self.extensions.is_empty()
     }
 
-    /// Whether the program may enable the constant scan.
+    /// Whether the program may cause a constant scan: an instruction may switch it on, or, if no instruction switches
+    /// it, the program sets the constant scan time to a known value.
     #[must_use]
     pub fn may_be_constant(&self) -> bool {
         match self.switches.is_empty() {

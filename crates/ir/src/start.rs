@@ -25,7 +25,7 @@ impl StartRange {
             && (self.values.is_empty() || self.values.iter().any(is_one))
     }
 
-    /// The allowed value nearest to 0.
+    /// The allowed value nearest to 0, as a signed number.
     #[must_use]
     pub fn nearest_to_zero(&self) -> i64 {
         let values = self.values.iter().map(|value| i64::from(value.cast_signed()));
@@ -50,14 +50,14 @@ pub struct TrustedRange {
 }
 
 impl TrustedRange {
-    /// The range as text: `0 to 7`, or `0 or 10`.
+    /// The range as text: `0 to 7`, or its values: `0 or 10`.
     #[must_use]
     pub fn text(&self) -> String {
         range_or_values((self.low, self.high), &self.values)
     }
 }
 
-/// A range as text, or its list of values if there is one.
+/// The range as text (`0 to 7`), or its values in ascending order if `values` is not empty (`0, 5 or 10`).
 #[must_use]
 pub fn range_or_values((low, high): (i64, i64), values: &[u16]) -> String {
     let mut values: Vec<i64> = values.iter().map(|value| value.cast_signed().into()).collect();
@@ -84,7 +84,8 @@ pub struct ExclusiveBits {
 }
 
 impl ExclusiveBits {
-    /// The sets of bits that are never all on at once.
+    /// The sets of bits that are never all on at once: every pair if `max_on` is 1, the set of all bits if it is
+    /// larger. None if it is 0: then the bits are off only after memory was cleared.
     pub fn forbidden_sets(&self) -> impl Iterator<Item = Vec<BitTarget>> + '_ {
         let is_all = self.max_on != 1;
         let whole = (self.max_on > 1).then(|| self.bits.clone());
@@ -124,13 +125,15 @@ pub struct PowerUp {
 }
 
 impl PowerUp {
-    /// Whether a power failure during a scan certainly erases the value that the cell had at that moment.
+    /// Whether a power failure certainly erases the value of the cell: the program declares which cells are latched,
+    /// and this one is not among them.
     #[must_use]
     pub fn is_lost_at_power_failure(&self, cell: Cell) -> bool {
         self.declares_latched && !self.latched.iter().any(|region| region.contains(cell))
     }
 
-    /// The value of a word after power-up if power-up clears it.
+    /// The value of a cell after power-up, if it is one of [`PowerUp::cleared`]: the declared initial value, otherwise
+    /// 0.
     #[must_use]
     pub fn initial_value(&self, cell: Cell) -> u16 {
         self.values.get(&cell).copied().unwrap_or(0)

@@ -43,13 +43,14 @@ pub struct Statements {
     /// For each instance of a statement, its instructions and its index in `all`. An outer statement comes before the
     /// statements nested in it.
     pub ranges: Vec<(Range<usize>, usize)>,
-    /// Choices that exist only because the language leaves a result undefined. Exact choices whose operation is unknown
-    /// are not included.
+    /// Choices that exist only because the language leaves a result undefined. Choices of the kind `ChoiceKind::Exact`
+    /// whose result is unknown are not included.
     pub undefined_by_language: BTreeSet<ChoiceId>,
 }
 
 impl Statements {
-    /// For each instruction, the innermost statement to which it belongs.
+    /// For each of the first `instructions` instructions: the innermost statement to which it belongs, an index into
+    /// `all`. `None` if it belongs to none.
     #[must_use]
     pub fn by_instruction(&self, instructions: usize) -> Vec<Option<usize>> {
         let mut found = vec![None; instructions];

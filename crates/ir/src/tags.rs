@@ -85,7 +85,7 @@ pub struct Tag {
 }
 
 impl Tag {
-    /// The member of a structure with this name.
+    /// The member of a structure with this name. `None` if the tag is not a structure or has no such member.
     #[must_use]
     pub fn part(&self, name: &str) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
@@ -93,13 +93,14 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// The first bit cell and the first word cell of the tag.
+    /// The cells at which the tag's bits and its words begin. If the tag has no bits, or no words, that cell may belong
+    /// to another tag.
     #[must_use]
     pub fn begin(&self) -> [Cell; 2] {
         [0, 1].map(|side| Cell { area: self.areas[side], index: self.at[side] })
     }
 
-    /// The member of a structure with this number, from 0.
+    /// The member of a structure with this number, from 0. `None` if the tag is not a structure or has fewer members.
     #[must_use]
     pub fn part_at(&self, number: usize) -> Option<Tag> {
         let Type::Parts(parts) = &self.of else { return None };
@@ -107,7 +108,8 @@ impl Tag {
         Some(Tag { of: of.clone(), at: added(self.at, *before)?, ..*self })
     }
 
-    /// The element of an array with this index.
+    /// The element of an array with this index, counted from the array's own lowest index. `None` if the tag is not an
+    /// array or the index is outside it.
     #[must_use]
     pub fn element(&self, number: i64) -> Option<Tag> {
         let Type::Array { first, count, of } = &self.of else { return None };
@@ -118,7 +120,8 @@ impl Tag {
         Some(Tag { of: (**of).clone(), at, ..*self })
     }
 
-    /// For a value of a simple type: its bit, or the first of its words.
+    /// For a value of a simple type: its bit, or the first of its words. `None` for arrays, structures and values of no
+    /// words.
     #[must_use]
     pub fn cell(&self) -> Option<Cell> {
         let side = match self.of {
@@ -129,7 +132,7 @@ impl Tag {
         Some(Cell { area: self.areas[side], index: self.at[side] })
     }
 
-    /// All cells of the tag.
+    /// All cells of the tag: at most one range of bits and one of words.
     #[must_use]
     pub fn regions(&self) -> Vec<Region> {
         let size = self.of.size().unwrap_or_default();
@@ -167,8 +170,8 @@ impl Tags {
         Some(tag)
     }
 
-    /// The name of a cell of a tag, such as `Axes[3].Speed`. For a value of several words, the later words get a
-    /// number.
+    /// The name of a cell of a tag, such as `Axes[3].Speed`. A value of several words has the number of the word after
+    /// its name, from the second word on. `None` if the cell belongs to no tag.
     #[must_use]
     pub fn name(&self, cell: Cell) -> Option<String> {
         let (first, (name, tag)) = self.starts.range(..=cell).next_back()?;

@@ -7,9 +7,9 @@ use scanbound_base::time::Picos;
 pub struct Task {
     /// The name of the task.
     pub name: String,
-    /// The interval of a cyclic task.
+    /// The interval of a cyclic task; `None` if the task is not cyclic, or the interval is unknown.
     pub interval: Option<Picos>,
-    /// The priority of the task; 0 is the highest.
+    /// The priority of the task; 0 is the highest. `None` if it is unknown.
     pub priority: Option<i64>,
     /// The programs that the task runs, in this order.
     pub programs: Vec<String>,

@@ -34,7 +34,7 @@ impl TimerKind {
     }
 }
 
-/// The instruction of a timer or counter.
+/// What the instruction of one timer or counter does in real time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TimerOrCounter {
     /// The type of the timer or counter.
@@ -43,7 +43,7 @@ pub struct TimerOrCounter {
     pub flag: Cell,
     /// The word that holds the present value.
     pub present: Cell,
-    /// The set value (preset).
+    /// The set value (preset): a count, or a time in the unit that `kind` gives.
     pub setting: WordSource,
     /// Whether set value and present value are in BCD.
     pub is_decimal: bool,
@@ -85,7 +85,8 @@ pub struct Expiry {
 }
 
 impl Expiry {
-    /// Whether [`Timekeeping::are_kept`] concerns the timer: its flag stays on once it has run out.
+    /// Whether [`Timekeeping::are_kept`] concerns the timer: its flag stays on while it runs on, or its previous
+    /// present value is known (`flag` or `previous` is set).
     #[must_use]
     pub fn can_be_kept(&self) -> bool {
         self.flag.is_some() || self.previous.is_some()
@@ -115,24 +116,25 @@ impl Expiry {
 pub struct Timekeeping {
     /// Timers and counters by their instruction, an index into `Program::instructions`.
     pub instructions: BTreeMap<usize, TimerOrCounter>,
-    /// Choices for timers that time out between two instructions. An emulated CPU does not have this: it uses 0, or
-    /// reads the cell of the present value.
+    /// Choices for timers that time out between two instructions. A run that simulates time has no such change: it uses
+    /// the present value in the cell given here, or 0 if none is given.
     pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
     /// Choices that say whether a timer has timed out.
     pub expiries: BTreeMap<ChoiceId, Expiry>,
-    /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs from power-up do not track.
-    /// There their value is unknown.
+    /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs of several scans do not
+    /// follow. In such runs their value is unknown.
     pub untracked: BTreeSet<ChoiceId>,
     /// The areas of words whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
-    /// bound counts this many; a real run counts none.
+    /// bound counts this many; a real run counts none, or this many for a timer that may go on after a reset.
     pub most_ticks: BTreeMap<ChoiceId, u16>,
-    /// Whether no timer runs out in a real run of a single scan: how long it ran before is not known there.
+    /// Whether a real run of a single scan must not let a timer run out whose flag stays on ([`Expiry::can_be_kept`]),
+    /// because it is unknown how long the timer ran before. If it does, the result is unknown.
     pub are_kept: bool,
-    /// Choices that are 0 as manuals are usually understood.
+    /// Choices that are 0 as manuals are usually understood, and not 0 only in an unusual reading.
     pub unusual: BTreeSet<ChoiceId>,
-    /// Choices between two ways in which a manual can be understood. No lower bound rests on one of both.
+    /// Choices between two ways in which a manual can be understood. A lower bound must hold in both.
     pub readings: BTreeSet<ChoiceId>,
     /// By the memory of a timer that one instruction starts: the least time from that instruction to the end of a scan
     /// and its overhead. A timer that ran when the scan began has been running for longer.

@@ -11,7 +11,7 @@ pub struct AreaId(pub u16);
 pub struct Cell {
     /// The area that contains the cell.
     pub area: AreaId,
-    /// The index in the area.
+    /// The index of the cell in the area, from 0.
     pub index: u32,
 }
 
@@ -23,12 +23,12 @@ impl Cell {
     }
 }
 
-/// The identifier of a nondeterministic value: a place in the program whose value is unknown. See the crate
-/// documentation.
+/// The identifier of a nondeterministic value (a *choice*) in the program. In each call context it has one value; see
+/// the crate documentation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ChoiceId(pub u32);
 
-/// A source of one bit.
+/// Where an instruction reads one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitSource {
     /// A constant.
@@ -41,10 +41,10 @@ pub enum BitSource {
     Free(ChoiceId),
 }
 
-/// A source of sixteen bits.
+/// Where an instruction reads sixteen bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordSource {
-    /// A constant.
+    /// A constant word, which is not read from memory.
     Const(u16),
     /// A word cell.
     Cell(Cell),
@@ -55,11 +55,11 @@ pub enum WordSource {
         /// The number of bits.
         count: u8,
     },
-    /// A nondeterministic value.
+    /// A nondeterministic value: all sixteen bits of the choice.
     Free(ChoiceId),
 }
 
-/// The destination of one bit.
+/// Where an instruction writes one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitTarget {
     /// The value of a bit cell.
@@ -87,7 +87,7 @@ impl BitTarget {
     }
 }
 
-/// The destination of sixteen bits.
+/// Where an instruction writes sixteen bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordTarget {
     /// A word cell.
@@ -109,20 +109,20 @@ pub enum WordTarget {
 pub enum Number {
     /// A number that consists of these words.
     Words(Vec<WordSource>),
-    /// Sum.
+    /// The sum of two numbers.
     Add(Box<Number>, Box<Number>),
-    /// Difference, left minus right.
+    /// The difference of two numbers, left minus right.
     Sub(Box<Number>, Box<Number>),
-    /// Bitwise and.
+    /// The bitwise AND of two numbers.
     And(Box<Number>, Box<Number>),
-    /// Bitwise or.
+    /// The bitwise OR of two numbers.
     Or(Box<Number>, Box<Number>),
-    /// Bitwise exclusive or.
+    /// The bitwise exclusive OR of two numbers.
     Xor(Box<Number>, Box<Number>),
 }
 
 impl Number {
-    /// Its words, those of left operands first.
+    /// All words that occur in the expression, from left to right.
     pub fn words(&self) -> impl Iterator<Item = WordSource> {
         let mut open = vec![self];
         let next = move || loop {
@@ -139,7 +139,7 @@ impl Number {
     }
 }
 
-/// How two numbers compare.
+/// A comparison operator, between a left and a right number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Relation {
     /// `=`
@@ -171,7 +171,7 @@ pub enum NumberFormat {
 /// A comparison of two numbers with the same number of words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Compare {
-    /// The comparison operator of the contact.
+    /// The operator between the left and the right side.
     pub relation: Relation,
     /// How the words are interpreted.
     pub format: NumberFormat,
@@ -181,14 +181,16 @@ pub struct Compare {
     pub right: Number,
 }
 
-/// A Boolean expression over the state.
+/// A Boolean expression over cells, choices and the execution condition of an instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Logic {
-    /// The condition of this instruction.
+    /// The execution condition of the instruction: the top of the stack of results (true if the stack is empty). For a
+    /// step that [depends on master control](crate::Step::depends_on_master_control), it is combined by AND with the
+    /// conditions of all open master control regions.
     Condition,
     /// A constant.
     Const(bool),
-    /// The value of a bit.
+    /// True if the bit is on.
     Bit(BitSource),
     /// Negation.
     Not(Box<Logic>),
@@ -196,7 +198,7 @@ pub enum Logic {
     All(Vec<Logic>),
     /// True if at least one operand is true (false if there are none).
     Any(Vec<Logic>),
-    /// A comparison.
+    /// True if the comparison holds.
     Compare(Box<Compare>),
 }
 
@@ -208,20 +210,20 @@ impl Logic {
         Logic::Not(Box::new(self))
     }
 
-    /// The value of a bit cell.
+    /// The expression that is true while this bit cell is on.
     #[must_use]
     pub fn cell(cell: Cell) -> Logic {
         Logic::Bit(BitSource::Cell(cell))
     }
 
-    /// How one number compares to another.
+    /// The expression that is true if `left` has this relation to `right`.
     #[must_use]
     pub fn compare(relation: Relation, format: NumberFormat, left: Number, right: Number) -> Logic {
         Logic::Compare(Box::new(Compare { relation, format, left, right }))
     }
 }
 
-/// A set of cells, for writes whose target or value is unknown.
+/// A set of cells: what a write with an unknown target or value may change.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Region {
     /// `count` cells from `first` on.
@@ -252,7 +254,8 @@ impl Region {
         }
     }
 
-    /// The intersections of this region with each of `stretches`, which lie in the same area.
+    /// The cells that this region shares with each of `stretches`, which must lie in the same area; empty intersections
+    /// are omitted. If this region is not a `Range`, returns all of `stretches`.
     #[must_use]
     pub fn intersections(self, stretches: &[Region]) -> Vec<Region> {
         let Region::Range { first: own, count: most } = self else { return stretches.to_vec() };
@@ -294,6 +297,7 @@ pub struct ChoiceKey {
     pub frames: Vec<Frame>,
     /// The choice that is read.
     pub choice: ChoiceId,
-    /// The cell, for regions havocked by `Write::Havoc` or `Step::Summary`.
+    /// The cell whose value it is, if `Write::Havoc` or `Step::Summary` havocked a region. `None` if an expression
+    /// reads the choice.
     pub cell: Option<Cell>,
 }

@@ -2,15 +2,16 @@
 
 use super::shared::Shared;
 
-/// A free variable of the scan, an index into `ScanModel::variables`.
+/// A free variable of the scan, an index into [`ScanModel::variables`](crate::ScanModel::variables).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct VarId(pub u32);
 
-/// A value for every free variable, by `VarId`; a bit is 0 or 1.
+/// A value for every free variable, by [`VarId`]; a bit is 0 or 1. It determines a scan of the model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment(pub Vec<u16>);
 
-/// A literal: a node or its negation. The value is twice the node's index, plus one if negated.
+/// A literal: a Boolean value of the scan, which is a node of the [`Circuit`] or its negation. The number is twice the
+/// node's index, plus one if negated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Lit(pub u32);
 
@@ -44,7 +45,7 @@ impl Lit {
         self.0 < 2
     }
 
-    /// A constant literal.
+    /// [`Lit::TRUE`] or [`Lit::FALSE`].
     #[must_use]
     pub fn constant(value: bool) -> Lit {
         if value { Lit::TRUE } else { Lit::FALSE }
@@ -58,10 +59,10 @@ impl std::ops::Not for Lit {
     }
 }
 
-/// A condition on one free variable.
+/// A test of one free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Atom {
-    /// The variable is 1.
+    /// The bit variable is 1.
     Bit(VarId),
     /// The word, unsigned, is at least this value (1 to 65535).
     AtLeast(VarId, u16),
@@ -90,7 +91,8 @@ pub enum Node {
     And(Lit, Lit),
 }
 
-/// The circuit of and-gates that guards and constraints are built from.
+/// The circuit of tests of free variables and and-gates in which guards and constraints are literals. Equal gates are
+/// one node.
 #[derive(Debug, Clone)]
 pub struct Circuit {
     nodes: Shared<Node>,
@@ -136,7 +138,8 @@ impl Circuit {
         self.intern(Node::Atom(atom))
     }
 
-    /// The conjunction of `a` and `b`, simplified if their nodes are constant, equal or complementary.
+    /// The conjunction of `a` and `b`, simplified where constants, equal or complementary literals, or the inputs of
+    /// one gate more show the result.
     pub fn and(&mut self, a: Lit, b: Lit) -> Lit {
         if a == Lit::FALSE || b == Lit::FALSE || a == !b {
             return Lit::FALSE;
@@ -176,7 +179,8 @@ impl Circuit {
         self.order_and(a, b)
     }
 
-    /// Conjunction of two thresholds of one word, of which one may imply the other.
+    /// The conjunction of two literals, simplified if both are thresholds of one word and one implies or excludes the
+    /// other.
     fn order_and(&mut self, a: Lit, b: Lit) -> Lit {
         if let (Node::Atom(Atom::AtLeast(v, s)), Node::Atom(Atom::AtLeast(w, t))) =
             (self.node(a), self.node(b))

@@ -7,8 +7,8 @@ use scanbound_ir::{ChoiceKey, Witness};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The groups, sorted by the sum of their charges' larger times, largest first. Charges with a constant cost are in no
-/// group. Reports and exports number the groups in this order.
+/// The groups, sorted by the sum of their charges' larger times, largest first. Charges with a constant time, and
+/// constraints on which no charge depends, are in no group. Reports and exports number the groups in this order.
 ///
 /// Two charges are in one group if their guards share a variable, directly, through other guards, or through a
 /// constraint. This is the slicing of the paper: the maxima of the groups add up to the maximum of the scan.
@@ -43,8 +43,8 @@ pub fn groups(model: &ScanModel) -> Vec<Group> {
     groups
 }
 
-/// The constraints on which no charge depends, as one group without charges. A scan must satisfy these constraints,
-/// too.
+/// The constraints that are in none of these groups, as one group without charges; `None` if there are none. A scan
+/// must satisfy these constraints, too.
 #[must_use]
 pub fn unused_constraints(model: &ScanModel, groups: &[Group]) -> Option<Group> {
     let mut used = vec![false; model.constraints.len()];
@@ -125,7 +125,7 @@ impl Sets {
     }
 }
 
-/// The scan that corresponds to an assignment of these variables.
+/// The scan that corresponds to an assignment of the model's variables, as start values of cells and values of choices.
 #[must_use]
 pub fn witness(model: &ScanModel, assignment: &Assignment) -> Witness {
     let values = model.circuit.evaluate(assignment);

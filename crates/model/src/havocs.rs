@@ -7,7 +7,7 @@
 use super::Lit;
 use scanbound_ir::{AreaId, Cell, ChoiceId, Frame, Region};
 
-/// A havoc of a region: after it, its cells have unknown values.
+/// One execution of a havoc: where it is executed, the cells of its region get unknown values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Havoc {
     /// The cells that the havoc may write.
@@ -103,8 +103,8 @@ impl AreaWrites {
         }
     }
 
-    /// The position of the last havoc from `since` to `until` (exclusive) that may write the cell. The search goes
-    /// downwards from `until`, each time by the largest block that ends there.
+    /// The position of the last havoc from `since` to `until` (exclusive) that may write the cell; `None` if there is
+    /// none. The search goes downwards from `until`, each time by the largest block that ends there.
     fn newest(&self, cell: Cell, since: usize, until: usize) -> Option<usize> {
         let mut end = until;
         'blocks: while end > since {
@@ -121,7 +121,7 @@ impl AreaWrites {
     }
 }
 
-/// All havocs of a scan, in order of execution.
+/// All havocs that a scan may execute, in order of execution.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Havocs {
     all: Vec<Havoc>,
@@ -141,7 +141,7 @@ impl Havocs {
         Havocs { all: Vec::new(), areas: vec![AreaWrites::default(); areas] }
     }
 
-    /// Appends a havoc.
+    /// Appends a havoc, as the latest one.
     pub fn push(&mut self, havoc: Havoc) {
         let (index, region, happened) = (short(self.all.len()), havoc.region, havoc.executed);
         self.all.push(havoc);
@@ -161,7 +161,7 @@ impl Havocs {
         &self.all
     }
 
-    /// The number of havocs that may have written to the area so far.
+    /// The number of havocs in the list that may write a cell of the area.
     #[must_use]
     pub fn count(&self, area: AreaId) -> usize {
         self.areas[usize::from(area.0)].indices.len()
@@ -177,7 +177,7 @@ impl Havocs {
         })
     }
 
-    /// The havocs that are executed in the scan in which exactly these literals are true.
+    /// The havocs that are executed in the scan in which a literal is true if `holds` says so.
     #[must_use]
     pub fn executed(&self, holds: impl Fn(Lit) -> bool) -> ExecutedHavocs<'_> {
         let happens = |&place: &usize, area: &AreaWrites| {
@@ -191,7 +191,7 @@ impl Havocs {
     }
 
     /// The position in the cell's area of the last havoc from `since` on that may write the cell and is executed in
-    /// every scan.
+    /// every scan (its literal is constant true); `None` if there is none.
     #[must_use]
     pub fn newest_certain(&self, cell: Cell, since: usize) -> Option<usize> {
         let area = &self.areas[usize::from(cell.area.0)];
@@ -212,13 +212,14 @@ impl Havocs {
         }
     }
 
-    /// Whether the havoc at this position of the area is executed.
+    /// The literal that says whether the havoc at this position of the area is executed.
     #[must_use]
     pub fn happened(&self, area: AreaId, place: usize) -> Lit {
         self.all[self.areas[usize::from(area.0)].indices[place] as usize].executed
     }
 
-    /// A copy in which the execution condition of each havoc is replaced.
+    /// A copy in which each havoc has another literal for whether it is executed: the result of `happened` on the old
+    /// one.
     #[must_use]
     pub fn with_conditions(&self, mut happened: impl FnMut(Lit) -> Lit) -> Havocs {
         let mut found = Havocs::of_areas(self.areas.len());
@@ -237,7 +238,8 @@ pub struct ExecutedHavocs<'a> {
 }
 
 impl<'a> ExecutedHavocs<'a> {
-    /// The last executed havoc that may write the cell, among numbers `since..until` of the cell's area.
+    /// The last executed havoc that may write the cell, among numbers `since..until` of the cell's area; `None` if
+    /// there is none.
     #[must_use]
     pub fn newest(&self, cell: Cell, since: u32, until: u32) -> Option<&'a Havoc> {
         let area = &self.havocs.areas[usize::from(cell.area.0)];
@@ -254,7 +256,7 @@ impl<'a> ExecutedHavocs<'a> {
 pub enum Coverage {
     /// None of the havocs may write the cell.
     None,
-    /// Some of the havocs may write the cell.
+    /// Some of the havocs may write the cell, or none: ranges are joined over gaps.
     Some,
     /// All of the havocs may write the cell.
     All,

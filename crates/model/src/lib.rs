@@ -1,5 +1,6 @@
-//! The model of one scan: its charges, their guards, the free variables, and the constraints on these variables. It is
-//! the only interface between the analysis and the solver.
+//! The model of one scan: its charges (executed instructions with their times), the guards that say whether each is
+//! reached and fires, the free variables, and the constraints on these variables. It is the only interface between the
+//! analysis and the solver.
 
 mod circuit;
 pub mod groups;
@@ -19,9 +20,9 @@ use std::sync::Arc;
 /// The type of a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum VarKind {
-    /// A bit, tested with `Atom::Bit`.
+    /// A bit, tested with [`Atom::Bit`].
     Bit,
-    /// A word of sixteen bits, tested with `Atom::AtLeast` (unsigned) and `Atom::WordBit`.
+    /// A word of sixteen bits, tested with [`Atom::AtLeast`] (unsigned) and [`Atom::WordBit`].
     Word,
 }
 
@@ -30,9 +31,10 @@ pub enum VarKind {
 pub enum Origin {
     /// The value of a cell at the start of the scan.
     Start(Cell),
-    /// A choice of the program.
+    /// A choice of the program (a nondeterministic value) in one call context.
     Choice(ChoiceKey),
-    /// The value of a cell after the last executed havoc that may write it, in a range of `ScanModel::havocs`.
+    /// The value that the last executed havoc that may write a cell gave it, among those of the cell's area in
+    /// [`ScanModel::havocs`] from number `since` to number `until` (exclusive).
     Havocked {
         /// The cell that the variable stands for.
         cell: Cell,
@@ -48,17 +50,18 @@ pub enum Origin {
 pub struct UnknownWrite {
     /// The instruction, an index into `Program::instructions`.
     pub instruction: usize,
-    /// The choice that stands for the written values.
+    /// The choice that stands for the written values. All executions with this choice are one entry.
     pub choice: ChoiceId,
     /// Whether the written cells are unknown because an index selects them.
     pub has_index: bool,
-    /// The number of executions in a scan.
+    /// How often the symbolic execution of a scan may execute it: once for each call context and path.
     pub executions: u32,
-    /// Whether, in at least one execution, the index does not depend on an earlier unknown write.
+    /// Whether, in at least one of the first executions, the index depends on no other unknown write, as far as
+    /// examined.
     pub is_independent: bool,
-    /// Cells whose values at the start of the scan may be the index, or part of it.
+    /// Cells whose values at the start of the scan may be the index, or part of it, as far as examined.
     pub start_cells: BTreeSet<Cell>,
-    /// The choices of earlier unknown writes on which the index may depend.
+    /// The choices of other unknown writes from which the index may come, as far as examined.
     pub depends_on: BTreeSet<ChoiceId>,
 }
 
@@ -73,9 +76,9 @@ pub struct Variable {
     pub name: String,
 }
 
-/// One execution of one instruction, and its cost: `on` if `fires`, else `off` if `reached`, else nothing. `fires`
-/// implies `reached`. If the model determines the number of units, `on` is the cost with the most units, and `counted`
-/// gives the actual cost.
+/// One execution of one instruction, and its time: `on` if `fires`, else `off` if `reached`, else nothing. `fires`
+/// implies `reached`. If the model determines the number of units, `on` is the time with the most units, and `counted`
+/// gives the actual time. A loop that is not followed has charges that stand for many executions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Charge {
     /// The instruction, an index into `Program::instructions`.
@@ -84,20 +87,20 @@ pub struct Charge {
     pub frames: Vec<Frame>,
     /// The literal that says whether control reaches the instruction.
     pub reached: Lit,
-    /// The literal that says whether the instruction fires.
+    /// The literal that says whether the instruction is reached and fires.
     pub fires: Lit,
-    /// The time if the instruction fires, with all units and repetitions.
+    /// The time if the instruction fires, with the most units and all repetitions.
     pub on: Picos,
     /// The time if control reaches the instruction but it does not fire.
     pub off: Picos,
-    /// The on-time by number of units, if the model determines this number.
+    /// The on-time by number of units; `None` if the model does not determine this number.
     pub counted: Option<Box<ByUnits>>,
 }
 
 /// The on-time of a charge by its number of units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ByUnits {
-    /// The time of the instruction without units.
+    /// The on-time without the times of `units`.
     pub base: Picos,
     /// The time that each literal adds if it is true. Each literal implies that the charge fires.
     pub units: Vec<(Lit, Picos)>,
@@ -110,13 +113,13 @@ impl Charge {
         self.on.max(self.off)
     }
 
-    /// The time of the charge if the circuit's nodes have these values.
+    /// The time of the charge in the scan in which the circuit's nodes have these values.
     #[must_use]
     pub fn cost(&self, values: &Values) -> Picos {
         self.cost_by(|lit| values.get(lit))
     }
 
-    /// The time of the charge if its literals have these values.
+    /// The time of the charge in the scan in which its literals have these values.
     #[must_use]
     pub fn cost_by(&self, value: impl Fn(Lit) -> bool) -> Picos {
         match (value(self.fires), value(self.reached)) {
@@ -130,7 +133,7 @@ impl Charge {
         }
     }
 
-    /// Whether the time is the same under every assignment.
+    /// Whether the time is the same in every scan, as far as constant literals and equal times show.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.guards().next().is_none()
@@ -145,7 +148,7 @@ impl Charge {
         self.literals().filter(matters)
     }
 
-    /// Whether the time depends on whether the instruction fires.
+    /// Whether the on-time and the off-time differ, or the on-time depends on a number of units.
     #[must_use]
     pub fn fires_matters(&self) -> bool {
         self.on != self.off || self.counted.is_some()
@@ -181,29 +184,33 @@ pub struct Unbounded {
 /// The model of one scan.
 #[derive(Debug, Clone, Default)]
 pub struct ScanModel {
-    /// The circuit of all guards.
+    /// The circuit in which guards and constraints are literals.
     pub circuit: Circuit,
-    /// The free variables; a `VarId` is an index.
+    /// The free variables; a [`VarId`] is an index into them.
     pub variables: Vec<Variable>,
-    /// The charges in order of execution.
+    /// The charges in order of execution. Instructions whose times are 0 have none.
     pub charges: Vec<Charge>,
     /// Literals that are true in every scan.
     pub constraints: Vec<Lit>,
-    /// In a model for lower bounds: literals that are true if an operation error ends the scan.
+    /// In a model for lower bounds: literals, each of which is true if an operation error may end the scan at one
+    /// place.
     pub errors: Vec<Lit>,
     /// The havocs in order of execution.
     pub havocs: Havocs,
-    /// The free words from which the numbers of iterations of loops that are not followed are computed.
+    /// The free words from which the numbers of iterations of loops that are not followed are computed, as far as
+    /// examined.
     pub count_variables: BTreeSet<VarId>,
     /// The havocs for which it is unknown which cells they write, in order of execution.
     pub unknown_writes: Vec<UnknownWrite>,
     /// The places at which a scan enters an unbounded loop.
     pub unbounded: Vec<Unbounded>,
-    /// For each loop that is not followed, the largest number of iterations that its word allows.
+    /// In a model for upper bounds, for loops that are not followed, by the index of their instruction: the largest
+    /// number of iterations that the word with their count allows, over all times that control may reach them.
     pub iterations: BTreeMap<usize, u32>,
-    /// The numbers of iterations of these loops, once for each time that control may reach them.
+    /// The numbers of iterations of these loops, once for each time that control may reach them. Empty in a model
+    /// without observed results.
     pub loop_counts: Vec<LoopCount>,
-    /// How the analysis resolved choices, by call context.
+    /// Which choices the analysis replaced by computed results, by call context.
     pub resolutions: Arc<Resolutions>,
 }
 
@@ -232,8 +239,8 @@ pub struct Group {
     pub constraints: Vec<usize>,
 }
 
-/// Values of the variables of one group, ascending by variable; all other variables are 0. There may be as many groups
-/// as variables, so a full assignment for each group would take too much memory.
+/// Values of the variables of one group, ascending by variable; it says nothing about other variables. There may be as
+/// many groups as variables, so a full assignment for each group would take too much memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GroupAssignment(pub Vec<(VarId, u16)>);
 
@@ -255,7 +262,7 @@ impl GroupAssignment {
 }
 
 impl ScanModel {
-    /// The total time of these charges under an assignment.
+    /// The total time of these charges (indices into `charges`) in the scan with this assignment.
     #[must_use]
     pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
         let values = self.circuit.evaluate(assignment);

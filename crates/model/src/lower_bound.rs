@@ -15,11 +15,13 @@ pub enum Treatment {
     Unknown,
 }
 
-/// For a node, two literals: that it is true whatever the unknown values are, and that it is false whatever they are.
+/// For a node, two literals: that it is certainly true whatever the unknown values are, and that it is certainly false.
+/// Both are false where it is not known.
 type Pair = (Lit, Lit);
 
-/// The model in which nothing depends on unknown variables: each charge has the smallest cost that it can have for any
-/// values of them. If `strict`, a scan is excluded if it is unknown whether control reaches a charge with a cost.
+/// The model in which nothing depends on unknown variables (`standing` says which are unknown): each charge has a time
+/// that it has at least, whatever their values are. Scans are excluded in which a constraint is not certainly true or
+/// an error certainly occurs and, if `strict`, in which it is unknown whether control reaches a charge with a time.
 /// Variables keep their numbers; charges do not.
 #[must_use]
 pub fn lower_bound_model(
@@ -30,8 +32,8 @@ pub fn lower_bound_model(
     lower_bound_model_with(model, standing, strict, &[]).0
 }
 
-/// As [`lower_bound_model`]. Also returns for each of these literals of the model whether it is certainly true, and
-/// whether it is certainly false.
+/// As [`lower_bound_model`]. Also returns for each of these literals of `model` two literals of the new model: that it
+/// is certainly true, and that it is certainly false.
 #[must_use]
 pub fn lower_bound_model_with(
     model: &ScanModel,

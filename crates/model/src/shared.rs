@@ -5,7 +5,7 @@ use hashbrown::HashTable;
 use rustc_hash::FxBuildHasher;
 use std::hash::{BuildHasher, Hash};
 
-/// The values with their numbers, which are assigned from 0 on in order of insertion.
+/// Distinct values with their numbers, which are assigned from 0 on in order of insertion.
 #[derive(Debug, Clone)]
 pub struct Shared<T> {
     values: Vec<T>,
@@ -19,7 +19,7 @@ impl<T> Default for Shared<T> {
 }
 
 impl<T: Copy + Eq + Hash> Shared<T> {
-    /// The number of a value; a new number if the value is new.
+    /// The number of a value; if the value is new, it is stored with the next number.
     pub fn number(&mut self, value: T) -> u32 {
         let Shared { values, numbers } = self;
         let hash = |value: &T| FxBuildHasher.hash_one(value);

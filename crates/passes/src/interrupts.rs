@@ -8,7 +8,7 @@ use scanbound_ir::{
 };
 use std::collections::BTreeSet;
 
-/// Replaces reads of cells that an interrupt may change at any moment by any values.
+/// Replaces reads of cells that may change at any moment, and all reads within interrupt routines, by any values.
 pub const PASS: Pass = Pass {
     name: "modelling interrupts",
     run: |program, _| {
@@ -17,8 +17,9 @@ pub const PASS: Pass = Pass {
     },
 };
 
-/// Replaces every read of a cell that an interrupt routine may write, and every read within interrupt routines, by any
-/// value. The same applies to other cells that may change at any moment ([`Program::volatile`]).
+/// Replaces every read of a cell that an interrupt routine may write, of another cell that may change at any moment
+/// ([`Program::volatile`]), and every read within interrupt routines, by any value. Then all these cells are in
+/// [`Program::volatile`].
 fn isolate(program: &mut Program) {
     let inside = reachable(program);
     let mut regions: BTreeSet<Region> =
@@ -41,7 +42,7 @@ struct Changing {
     /// The instructions that interrupt routines may execute. They may interrupt the scan anywhere, so they read any
     /// values.
     inside: BTreeSet<usize>,
-    /// The regions that may change.
+    /// The regions that interrupt routines write, or that may change at any moment for another reason.
     regions: BTreeSet<Region>,
 }
 
@@ -89,7 +90,8 @@ impl Changing {
         unsigned
     }
 
-    /// Replaces the number of iterations of each loop within interrupt routines by any number.
+    /// Replaces the number of iterations of each loop within interrupt routines by any number; `unsigned` has the
+    /// choices whose numbers are unsigned.
     fn free_counts_inside(&self, program: &mut Program, unsigned: &BTreeSet<ChoiceId>) {
         for &at in &self.inside {
             let count = match &program.instructions[at].step {
@@ -128,7 +130,8 @@ impl Changing {
         }
     }
 
-    /// Replaces a source by any value if its cell may change, or if `all` is set. Returns whether the cell may change.
+    /// Replaces a source that is a cell by any value if the cell may change at any moment, or if `all` is set. Returns
+    /// whether it was replaced.
     fn frees(&self, source: SourceMut<'_>, all: bool, choices: &mut u32) -> bool {
         match source {
             SourceMut::Bit(source) => {

@@ -1,7 +1,7 @@
 //! Transformations from program to program that are the same for every dialect.
 //!
-//! A pass is a file with an entry in `PASSES`. It preserves every scan of the program: it may add behaviour, but never
-//! remove any.
+//! A pass is a file with an entry in [`PASSES`]. It preserves every scan of the program: it may add behaviour, but
+//! never remove any.
 
 pub mod calls;
 pub mod interrupts;
@@ -18,7 +18,7 @@ use scanbound_ir::Program;
 /// All passes in execution order.
 pub static PASSES: Passes = Passes(&[&calls::PASS, &loops::PASS, &interrupts::PASS, &values::PASS]);
 
-/// Runs the passes that are necessary for the meaning of a program.
+/// The program after the passes without which a scan cannot be followed: all but the one that bounds values.
 ///
 /// # Errors
 /// The errors of the first pass that finds any.

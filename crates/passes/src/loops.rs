@@ -14,7 +14,7 @@ use scanbound_ir::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// If more ranges of an area than this are written, the whole area is havocked.
+/// If a summary writes more ranges of an area than this, it havocs the whole area.
 const MAX_RANGES: usize = 256;
 
 /// A loop that unrolls to more executed instructions than this is summarised.
@@ -28,18 +28,20 @@ const SMALLEST: u64 = 64;
 /// followed.
 const MAX_CHARGES: usize = 4_000_000;
 
-/// The number of executions of an instruction overflows.
+/// The error that calls and loops execute an instruction more often than can be counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CountOverflow {
     /// The instruction whose number of executions overflows.
     pub instruction: usize,
 }
 
-/// Summarises loops that cannot be followed iteration by iteration.
+/// Summarises loops whose number of iterations is unknown, and loops that are too large to follow iteration by
+/// iteration.
 pub const PASS: Pass = Pass { name: "summarising loops", run: |program, _| summarise(program) };
 
-/// Summarises loops whose number of iterations is unknown, then those that unroll to too many instructions. Outer loops
-/// come first, because their summaries include the loops within them.
+/// Summarises loops whose number of iterations is unknown, then those that unroll to more than [`MAX_UNROLLED`]
+/// instructions. Outer loops come first, because their summaries include the loops within them. A loop whose number of
+/// executions overflows is an error.
 fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     let mut faults = Vec::new();
     let (unknown, known): (Vec<_>, Vec<_>) = flow::loops(program)
@@ -79,8 +81,8 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }
 
-/// Makes the step of a loop that is not followed: everything in it is charged `iterations` times. `None` if the number
-/// of executions overflows.
+/// The summary step of the loop from `begin` to `end`: everything in it is charged `iterations` times, and as often as
+/// nested loops and calls multiply that. `None` if the number of executions overflows.
 fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> Option<Step> {
     let gathered = RoutineGraph::of(program).gather(program, begin + 1, end, iterations).ok()?;
     let iterations = iterations_of(program, begin);
@@ -88,7 +90,8 @@ fn of_loop(program: &mut Program, begin: usize, end: usize, iterations: u64) -> 
 }
 
 /// Summarises loops, routines and interrupt routines so that a scan executes at most `most` instructions more than the
-/// program has. Returns the largest number of executed instructions. Every summary is recorded as over-approximation.
+/// program has; if that is not possible, the whole program. Returns the largest number of instructions that a scan then
+/// executes. Every summary is recorded as over-approximation.
 ///
 /// # Errors
 /// If the number of executions of an instruction overflows.
@@ -112,8 +115,9 @@ pub fn fit(program: &mut Program, most: u64) -> Result<u64, CountOverflow> {
     }
 }
 
-/// Restores summarised loops whose counts turned out to be smaller than what was charged. `iterations` gives the
-/// largest number of iterations of each loop, wherever the analysis reached it. `None` if there are no such loops.
+/// A copy of the program that follows again those summarised loops whose counts turned out to be smaller than what was
+/// charged. `iterations` gives the largest number of iterations of each loop, by the index of its begin. `None` if
+/// there are no such loops.
 ///
 /// A loop that also runs within another summary, such as a routine that is called there, stays summarised, because its
 /// iterations there were not analysed.
@@ -139,8 +143,9 @@ pub fn restore(program: &Program, iterations: &BTreeMap<usize, u32>) -> Option<P
     closer
 }
 
-/// Lowers the largest number of iterations of loops to what was found over all paths to them. Loops that were
-/// summarised because their counts were unknown are followed if the counts are known now.
+/// Lowers the largest number of iterations of loops to what was found over all paths to them (by the index of the
+/// loop's begin). Summarised loops are followed again if their number was lowered; the others are summarised anew.
+/// Changes nothing if no number becomes smaller.
 pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     let lowered = |at: usize, most: u32| {
         let known = u32::try_from(*iterations.get(&at)?).ok()?;
@@ -190,8 +195,8 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     }
 }
 
-/// Summarises the whole program: the sum of everything that can run, each at the larger of its times, without examining
-/// what excludes what.
+/// Summarises each main program and interrupt routine as a whole: the sum of everything that can run, each at the
+/// larger of its times, without examining what excludes what.
 ///
 /// # Errors
 /// If the number of executions of an instruction overflows.
@@ -221,13 +226,13 @@ pub fn summarise_all(program: &mut Program, why: SummaryReason) -> Result<(), Co
     Ok(())
 }
 
-/// Which loops and routines are not followed.
+/// Which loops, routines (by their first instruction) and interrupts (by index) are to be summarised.
 #[derive(Default)]
 struct SummaryPlan {
     loops: BTreeSet<usize>,
     routines: BTreeSet<usize>,
     interrupts: BTreeSet<usize>,
-    /// The number of instructions that a scan executes after summarising.
+    /// The largest number of instructions that a scan executes after summarising.
     total: u64,
 }
 
@@ -273,8 +278,8 @@ impl RoutineGraph {
         RoutineGraph { ends, order, place }
     }
 
-    /// Decides which loops are not followed, so that no loop, routine or interrupt routine executes more than `limit`
-    /// instructions.
+    /// Decides which loops and routines are summarised, so that no loop, routine or interrupt that is followed executes
+    /// more than `limit` instructions.
     fn plan(&self, program: &Program, limit: u64) -> SummaryPlan {
         let mut plan = SummaryPlan::default();
         let mut sizes: BTreeMap<usize, u64> = BTreeMap::new();
@@ -306,7 +311,8 @@ impl RoutineGraph {
         plan
     }
 
-    /// The number of instructions executed from `from` to `to` (inclusive) under the current plan.
+    /// The number of instructions executed from `from` to `to` (inclusive) under the current plan, to which loops with
+    /// more than `limit` are added. `sizes` has the numbers of called routines.
     fn size(
         &self,
         program: &Program,
@@ -414,7 +420,7 @@ impl RoutineGraph {
         Ok(())
     }
 
-    /// Summarises all runs of an interrupt routine.
+    /// Summarises all runs of an interrupt routine in a scan as one run.
     fn interrupt(&self, program: &mut Program, index: usize) -> Result<(), CountOverflow> {
         let (entry, times) = (program.interrupts[index].entry, program.interrupts[index].times);
         if times == 0 {
@@ -431,7 +437,8 @@ impl RoutineGraph {
         Ok(())
     }
 
-    /// Collects what the instructions from `from` to `to` (inclusive) may cost and do if they run `times` times.
+    /// Collects how often the instructions from `from` to `to` (inclusive), and the routines that they call, run if
+    /// these run `times` times, and what they may write and where they may continue.
     fn gather(
         &self,
         program: &Program,
@@ -494,10 +501,10 @@ impl RoutineGraph {
     }
 }
 
-/// The contents of a future summary.
+/// What was collected for a summary.
 #[derive(Default)]
 struct SummaryContents {
-    /// How often each instruction is charged.
+    /// How often each instruction can run, by its index.
     charges: BTreeMap<usize, u64>,
     /// The regions that may be written.
     regions: BTreeSet<Region>,
@@ -510,7 +517,7 @@ struct SummaryContents {
 }
 
 impl SummaryContents {
-    /// The exits to instructions after `to`.
+    /// The exits by a `Return`, or by a jump to an instruction after `to`.
     fn exits(&self, program: &Program, to: usize) -> BTreeSet<Exit> {
         let mut found = BTreeSet::new();
         for &at in self.charges.keys() {
@@ -578,7 +585,8 @@ impl SummaryContents {
     }
 }
 
-/// The word that counts a loop's iterations, and the smallest and largest number of iterations.
+/// The word that gives a loop's number of iterations, and the smallest and largest number. `None` if `begin` does not
+/// begin a loop.
 fn iterations_of(program: &Program, begin: usize) -> Option<(WordSource, u32, u32)> {
     match program.instructions[begin].step {
         Step::ForBegin { count, least, most, .. } => Some((count, least, most)),
@@ -602,7 +610,7 @@ fn append(program: &mut Program, of: usize, step: Step) {
     program.instructions.push(instruction);
 }
 
-/// Replaces many ranges of one area by the whole area.
+/// These regions, but the whole area in place of more than [`MAX_RANGES`] ranges of it.
 fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
     let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
     for region in &regions {

@@ -4,7 +4,7 @@ use scanbound_base::budget::Budget;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_ir::{Cell, Program, Role};
 
-/// A pass: a step of the analysis that changes the program before its scan is followed.
+/// A pass: a step of the analysis that checks or changes the program before its scan is followed.
 #[derive(Debug, Clone, Copy)]
 pub struct Pass {
     /// What the pass does, for progress messages.
@@ -16,21 +16,22 @@ pub struct Pass {
 /// The user's options for passes, and the time budget.
 #[derive(Clone, Copy, Default)]
 pub struct Settings<'a> {
-    /// Which writers between scans are assumed.
+    /// Which words other writers are assumed to write between scans.
     pub trust: Trust,
-    /// The time budget, if there is one.
+    /// The time budget of the analysis; `None`: no limit.
     pub budget: Option<&'a Budget<'a>>,
 }
 
-/// A list of passes.
+/// A list of passes, in the order in which they run.
 #[derive(Debug, Clone, Copy)]
 pub struct Passes(pub &'static [&'static Pass]);
 
 impl Passes {
-    /// Runs the passes in order; `before` is called before each of them.
+    /// Runs the passes in order; `before` is called with the name of each before it runs. Then sorts the program's list
+    /// of over-approximations, without duplicates.
     ///
     /// # Errors
-    /// The errors of the first pass that finds any.
+    /// The errors of the first pass that finds any; the passes after it do not run.
     pub fn run(
         self,
         program: &mut Program,
@@ -47,13 +48,13 @@ impl Passes {
     }
 }
 
-/// Which words other writers (such as an HMI) may write between scans, according to the analysis.
+/// Which words other writers (such as an HMI) are assumed to write between scans (`--trust`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Trust {
-    /// Other writers may write any word.
+    /// Other writers may write any word. No word is trusted.
     None,
-    /// Any word except those that give counts, lengths or indices, or from which these are computed, and that the
-    /// program writes in every scan.
+    /// Other writers may write any word except two kinds: words that give counts, lengths or indices, or from which
+    /// these are computed, and that the program writes in every scan; and internal words.
     #[default]
     Counts,
     /// Other writers may write only words that the program does not write itself, or only clears.
@@ -61,7 +62,7 @@ pub enum Trust {
 }
 
 impl Trust {
-    /// The name in options and reports.
+    /// The name in options and reports, such as `counts`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -20,7 +20,7 @@ pub struct Emulated<'p> {
     registers: BTreeMap<(String, u32), u16>,
     /// Whether the next scan is the first.
     first: bool,
-    /// Time since power-up when the scan began.
+    /// Time since power-up at which the next scan begins. Only [`Emulated::set_clock`] changes it.
     now: Picos,
     timer_memory: RefCell<TimerMemory>,
 }
@@ -32,9 +32,11 @@ pub struct Scan {
     pub total: Picos,
     /// The number of executed instructions.
     pub executed: u64,
-    /// Where the run stopped because the next step of the program depends on an unknown value.
+    /// Where and why the scan stopped early: at an unknown value, at an operation error, or at the limit of
+    /// instructions. `None` if it ended normally.
     pub stopped: Option<Stopped>,
-    /// The instruction at which the scan entered an endless loop.
+    /// The [`Step::Unbounded`](scanbound_ir::Step::Unbounded) at which the scan stopped, because the loop never ends.
+    /// `None` if it reached none.
     pub unbounded: Option<usize>,
 }
 
@@ -55,7 +57,8 @@ impl<'p> Emulated<'p> {
         cpu
     }
 
-    /// Sets or clears the special relays that are on in the first scan only.
+    /// Sets or clears the bit that is on only in a scan after memory was cleared
+    /// ([`PowerUp::after_clear`](scanbound_ir::PowerUp::after_clear)), if it is a bit of a word.
     fn flag_first(&mut self, is_first: bool) {
         if let Some(BitTarget::WordBit(cell, bit)) = self.program.power_up.after_clear {
             let word = self.value(cell);
@@ -81,18 +84,18 @@ impl<'p> Emulated<'p> {
         self.registers.get(&(area.to_owned(), index)).copied()
     }
 
-    /// The current value of a cell.
+    /// The current value of a cell: 0 if nothing has written it. A value that the scans left unknown is arbitrary.
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
         self.memory.get(cell).map_or(0, |(value, _)| value)
     }
 
-    /// Sets the time since power-up at which the next scan begins.
+    /// Sets the time since power-up at which the next scan begins. A scan does not advance it.
     pub fn set_clock(&mut self, now: Picos) {
         self.now = now;
     }
 
-    /// Runs the next scan. It stops after `most` instructions.
+    /// Runs the next scan. It stops after `most` instructions, and where its path depends on an unknown value.
     pub fn scan(&mut self, most: u64) -> Scan {
         let start = Start { cpu: self };
         let machine = Machine::new(self.program, self.times, start, Mode::Real).summing();

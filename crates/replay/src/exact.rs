@@ -17,7 +17,9 @@ use std::collections::BTreeMap;
 type Written = BTreeMap<Cell, (u16, u16)>;
 
 impl<F: FreeValues> State<'_, F> {
-    /// The value of an exact choice that is read. `None` if the manuals do not define the result.
+    /// The value of a choice of the kind [`ChoiceKind::Exact`] that is read: executes its operation, once in each call
+    /// context. `None` if the manuals do not define the result, or if the operation reads a cell that may change at any
+    /// moment.
     pub(super) fn value_of(&mut self, choice: ChoiceId, meaning: &Meaning) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, doubt)) = self.known.get(&moment) {
@@ -37,7 +39,8 @@ impl<F: FreeValues> State<'_, F> {
         value
     }
 
-    /// Writes the results of an operation. Returns false if the manuals do not define the results.
+    /// Executes an operation and writes its results if `fired`. Returns false, and writes nothing, if a result or the
+    /// cells to which it goes are unknown.
     pub(super) fn write_exactly(
         &mut self,
         choice: ChoiceId,
@@ -66,7 +69,8 @@ impl<F: FreeValues> State<'_, F> {
         true
     }
 
-    /// In a run of the model: the recorded value of a choice that is read, if there is one.
+    /// In a run of the model: the value of a choice that is read, if the analysis computed it or a real run observed it
+    /// for the current values. `None` if the choice may have any value.
     pub(super) fn learned_value(&mut self, choice: ChoiceId) -> Option<u16> {
         let moment = (self.frames().clone(), choice);
         if let Some(&(value, _)) = self.known.get(&moment) {
@@ -86,8 +90,8 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// In a run of the model: writes the recorded result of a choice that havocks cells. Returns false if there is
-    /// none.
+    /// In a run of the model: writes the result that a real run observed for the current values, for a choice that
+    /// havocs cells. Returns false if there is none.
     pub(super) fn write_learned(&mut self, choice: ChoiceId) -> bool {
         let Some(Observation { outcome: Outcome::Writes(writes), .. }) = self.learned_now(choice)
         else {
@@ -99,7 +103,8 @@ impl<F: FreeValues> State<'_, F> {
         true
     }
 
-    /// What earlier runs showed about a choice, if it applies to the current values.
+    /// What a real run observed about a choice in this call context, if all values that it read then are the current
+    /// ones.
     fn learned_now(&mut self, choice: ChoiceId) -> Option<Observation> {
         if self.learned.is_empty() {
             return None;
@@ -140,7 +145,8 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// Executes the operation. Returns what it read, why an input is unknown, if one is, and the results.
+    /// Executes the operation. Returns what it read, the instruction because of which an input is unknown, and the
+    /// results; `None` if the manuals do not define them.
     fn execute_operation(
         &mut self,
         meaning: &Meaning,
@@ -152,7 +158,8 @@ impl<F: FreeValues> State<'_, F> {
         })
     }
 
-    /// Evaluates `work`. Also returns what it read, and why its result is unknown, if it is.
+    /// Evaluates `work`. Also returns what it read, and the instruction because of which its result is unknown. The
+    /// result is `None` if `work` read a cell that may change at any moment.
     fn record_reads<T>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Option<T>,
@@ -209,7 +216,7 @@ impl<F: FreeValues> State<'_, F> {
         }
     }
 
-    /// The sum of the parts of an address.
+    /// The value of an address. `None` if a term is not valid BCD or the sum is too large.
     fn address(&mut self, address: &Address) -> Option<i64> {
         let mut sum = address.base;
         for term in &address.terms {
@@ -228,7 +235,8 @@ impl<F: FreeValues> State<'_, F> {
         i64::try_from(value).ok()?.checked_mul(term.factor)
     }
 
-    /// Word number `n` of a list of `count` words that starts at an address.
+    /// Word number `n` of a list of `count` words that starts at an address. `None` if it is not within the address's
+    /// ranges.
     fn element(
         &mut self,
         address: &Address,
@@ -249,7 +257,8 @@ impl<F: FreeValues> State<'_, F> {
         Some(word)
     }
 
-    /// The cells into which the results are written.
+    /// The bits that the results write in each cell, and the words that the target addresses read. `None` if an address
+    /// is outside its ranges.
     fn target_cells(
         &mut self,
         meaning: &Meaning,

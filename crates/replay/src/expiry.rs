@@ -9,8 +9,9 @@ use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, WordSource};
 
 impl<'p, F: FreeValues> State<'p, F> {
-    /// Whether a timer has timed out, or its present value. `given` is the value from outside; it is corrected, or
-    /// becomes unknown, where it contradicts the time that can have passed.
+    /// The value of an external choice. If the choice says whether a timer has timed out, or how far it has run,
+    /// `given` is corrected, or becomes unknown, where it contradicts the time that can have passed. Otherwise it is
+    /// `given`.
     pub(super) fn expiry(&mut self, choice: ChoiceId, given: u16) -> u16 {
         let timekeeping = &self.program.timekeeping;
         if let Some(over) = timekeeping.elapsed.get(&choice) {
@@ -64,7 +65,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
     }
 
-    /// The set value of a timer. `None` if it is unknown.
+    /// The set value of a timer in its units. `None` if it is unknown, may change at any moment, or is not valid BCD.
     fn setting(&mut self, expiry: &Expiry) -> Option<u64> {
         let program = self.program;
         let changes = |word: &WordSource| match *word {
@@ -175,7 +176,8 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 }
 
-/// Whether a timer has timed out, if the possible elapsed times decide it: all are below the set value, or all above.
+/// Whether a timer has timed out, as the value of its choice. `least` and `most` are the possible elapsed times; `None`
+/// unless both are below the set value or both above it, by more than the error of the timer's clock.
 fn expired_by_time(expiry: &Expiry, setting: u64, (least, most): (Picos, Picos)) -> Option<u16> {
     let time = |units: u64| u128::from(expiry.unit.0) * u128::from(units);
     if u128::from(most.0) < time(setting.saturating_sub(expiry.tick)) {

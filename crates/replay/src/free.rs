@@ -9,13 +9,14 @@ use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Resolutions, Witness};
 pub trait FreeValues {
     /// The value of the cell at the start of the scan. For a bit cell, only bit 0 matters.
     fn start(&mut self, cell: Cell, kind: AreaKind) -> u16;
-    /// A mask of the bits of the start value that are unknown.
+    /// A mask of the bits of the cell's start value that are unknown.
     fn unknown(&mut self, _cell: Cell) -> u16 {
         0
     }
-    /// The value of the choice. For `Bit`, only bit 0 matters. The answer must not depend on `kind`.
+    /// The value of the choice. If `kind` is `Bit`, only bit 0 matters. The answer must not depend on `kind`.
     fn choice(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16;
-    /// Whether all values from outside the program are unknown.
+    /// Whether all values from outside the program are unknown. Then what depends on them is unknown too, although
+    /// [`FreeValues::choice`] gives a value.
     fn outside_is_unknown(&self) -> bool {
         false
     }
@@ -23,7 +24,8 @@ pub trait FreeValues {
     fn register(&mut self, _choice: ChoiceId) -> Option<u16> {
         None
     }
-    /// The completion flag and the present value after a timer or counter was executed, if time is simulated.
+    /// The completion flag and the present value after a timer or counter was executed. `None` if time is not
+    /// simulated, or if they are unknown.
     fn timed(&mut self, _timed: &TimerOrCounter, _found: &TimedInputs) -> Option<(bool, u16)> {
         None
     }
@@ -37,11 +39,11 @@ pub trait FreeValues {
         false
     }
     /// How long the timer with this memory cell has been running when the scan begins: the least and the greatest
-    /// possible time. `None` if only a single scan is run.
+    /// possible time. `None` if only a single scan is run, or time is not simulated.
     fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
         None
     }
-    /// How the analysis resolved choices while it followed this scan.
+    /// Which choices the analysis computed when it found this scan. `None` if the scan does not come from the analysis.
     fn resolutions(&self) -> Option<&Resolutions> {
         None
     }

@@ -40,7 +40,9 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 }
 
 /// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
-/// none, both cases are run, and the result is the shortest run. Each call of `free` must give the same values again.
+/// none, both cases are run, for the first four such loops; the result is the shortest run that is possible on a PLC,
+/// or an impossible one if there is no other. Its `learned` contains the observations of all runs. Each call of `free`
+/// must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -87,7 +89,8 @@ pub fn real<F: FreeValues>(
     }
 }
 
-/// Runs one scan of the program on the witness's values, with what real runs showed about operations.
+/// Runs one scan of the program on the witness's values. Where a real run observed an operation with the same values,
+/// the operation gives the observed result; elsewhere its result is the witness's value of the choice.
 #[must_use]
 pub fn replay_knowing(
     program: &Program,
@@ -98,7 +101,8 @@ pub fn replay_knowing(
     machine::Machine::new(program, times, witness, Mode::Model).knowing(knowledge).scan()
 }
 
-/// Runs one scan and asks `free` for each free value when it is needed.
+/// Runs one scan as the analysis models it (operations may have any result) and asks `free` for each start value and
+/// choice when it is needed.
 #[must_use]
 pub fn replay_with(program: &Program, times: &[Times], free: impl FreeValues) -> Replay {
     machine::Machine::new(program, times, free, Mode::Model).scan()

@@ -6,7 +6,7 @@ use scanbound_ir::meaning::{Arithmetic, Operation};
 /// The maximum length of a list.
 const MAX_LENGTH: u16 = 0x7FFF;
 
-/// The results of the operation on these inputs.
+/// The results of an operation on lists, as [`Operation`] defines them. `None` if it says that the result is unknown.
 pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
     let first = inputs.first()?;
     let signed = |at: usize| number(inputs.get(at)?, true);

@@ -25,7 +25,8 @@ struct Loop {
     begun: Option<Snapshot>,
 }
 
-/// The state of the interpreter when an iteration began.
+/// The state of the interpreter when an iteration began. `executed` is the number of instructions that could still be
+/// executed then.
 struct Snapshot {
     total: Picos,
     executed: u64,
@@ -81,7 +82,7 @@ pub(super) struct Machine<'p, F> {
     undecided: usize,
     /// Whether only the total time is wanted.
     sums: bool,
-    /// The instructions of a timer or counter that was already executed as a whole.
+    /// The instructions of a timer or counter that was already executed as a whole, so that their effects are skipped.
     executed: Range<usize>,
 }
 
@@ -158,7 +159,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// The stated ranges and exclusive pairs that hold at the start of the scan and not at its end.
+    /// The stated ranges and exclusive pairs that hold at the start of the scan and not at its end. Both are empty if
+    /// the run stopped early.
     fn end_violations(&mut self, replay: &Replay) -> (Vec<(usize, i64)>, Vec<usize>) {
         if self.stopped.is_some() {
             return (Vec::new(), Vec::new());
@@ -210,7 +212,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Runs a main or interrupt routine. The routine ends by itself before instruction `limit`.
+    /// Runs a main or interrupt routine from instruction `entry`. It also ends where control reaches instruction
+    /// `limit` outside of called routines.
     fn run(&mut self, entry: usize, limit: usize) -> RoutineEnd {
         self.routines = vec![Routine::default()];
         let mut at = entry;
@@ -333,7 +336,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Whether the instruction's number of units is known and differs from what the user stated.
+    /// In a real run: whether the number in the words that count the instruction's units is known and outside the range
+    /// that the user stated. If so, the user's statements exclude the scan.
     fn breaks_count(&mut self, instruction: &Instruction) -> bool {
         let stated = self.program.stated_counts.get(&self.state.at).copied();
         let (Some((low, high)), Some(counted), Mode::Real) =
@@ -345,7 +349,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         doubt.is_none() && !(low..=high).contains(&i64::try_from(count).unwrap_or(i64::MAX))
     }
 
-    /// Whether the instruction's index is known and differs from what the user stated.
+    /// In a real run: whether the index of an indexed write is known and outside the range that the user stated. False
+    /// if the CPU may interpret the index in several ways.
     fn breaks_index(&mut self, instruction: &Instruction) -> bool {
         if self.state.mode != Mode::Real {
             return false;
@@ -377,8 +382,9 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         (count, std::mem::replace(&mut self.state.doubt, outer))
     }
 
-    /// The number of units to charge for an instruction whose units are counted by words. In a real run, units are
-    /// charged only if their number is known and the PLC certainly executes the instruction with it.
+    /// The number of units to charge: 0 if no words count them or the table has no time per unit. In the model, the
+    /// largest number where the analysis did not read the words. In a real run, 0 if their number is unknown, or too
+    /// large for the PLC to execute the instruction with certainty.
     fn units(&mut self, instruction: &Instruction, times: Times) -> u64 {
         let counted = instruction.counted().filter(|_| times.per_unit > Picos::ZERO);
         let Some(counted) = counted else { return 0 };
@@ -402,7 +408,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Next::Stop
     }
 
-    /// The number of iterations that a loop makes.
+    /// The number of iterations that a loop makes, or why the run stops: the number is unknown, or the user's
+    /// statements exclude it.
     fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, StopReason> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),
@@ -455,7 +462,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Whether the facts of the user allow this number of iterations of a loop.
+    /// Whether the range that the user stated for the current loop, if any, contains this count.
     fn allows_iterations(&self, count: u16, is_signed: bool) -> bool {
         let stated = self.program.stated_counts.get(&self.state.at);
         let count = if is_signed { count.cast_signed().into() } else { i64::from(count) };
@@ -668,8 +675,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Some(Snapshot { total, executed, changes, stack, slots, masters })
     }
 
-    /// If an iteration changed nothing, the remaining ones are identical: charges them without executing
-    /// them.
+    /// If only the total time is wanted and an iteration changed nothing, the remaining ones are identical: charges
+    /// them without executing them.
     fn skip_identical(&mut self) {
         let now = self.snapshot();
         let (total, remaining) = (self.total, self.remaining);
@@ -709,7 +716,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Next::Go(begin + 1)
     }
 
-    /// Charges a loop that is not followed, and returns where control continues.
+    /// Charges a loop or routine that is not followed, havocs what it may write, and returns where control continues.
     fn summary(
         &mut self,
         end: usize,

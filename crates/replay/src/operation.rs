@@ -4,7 +4,8 @@ use super::lists;
 use super::words::{bcd, number, words_of};
 use scanbound_ir::meaning::{Operation, Unary};
 
-/// The results of the operation on these inputs.
+/// The results of the operation on these inputs, as [`Operation`] defines them. `None` if it says that the result is
+/// unknown.
 pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
     match operation {
         Operation::Copy => Some(inputs.to_vec()),
@@ -87,7 +88,8 @@ pub fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> 
     }
 }
 
-/// Adds or subtracts the first two inputs and the carry bit in the third.
+/// Adds or subtracts the first two inputs and the carry bit in the third (0 if missing). `read` converts words to a
+/// number, and gives `None` if they are not valid.
 fn sum(subtract: bool, inputs: &[Vec<u16>], read: &dyn Fn(&[u16]) -> Option<i128>) -> Option<i128> {
     let (a, b) = (read(inputs.first()?)?, read(inputs.get(1)?)?);
     let carry = inputs.get(2).and_then(|carry| carry.first()).map_or(0, |carry| carry & 1);

@@ -10,9 +10,10 @@ use std::sync::Arc;
 pub struct Event {
     /// Index into `Program::instructions`.
     pub instruction: usize,
-    /// The call context: the calls and loop iterations on the path to the instruction, outermost first.
+    /// The call context: the calls, loop iterations and interrupt runs on the path to the instruction, outermost first.
     pub frames: Arc<[Frame]>,
-    /// Whether the instruction fired. For a loop that is not followed: whether its on-time is the larger of the two.
+    /// Whether the instruction fired; true for an instruction that fires whenever it is reached. For a loop that is not
+    /// followed: whether its on-time is the larger of the two.
     pub fired: bool,
     /// The time of the execution. For a loop that is not followed: the time of all repetitions.
     pub cost: Picos,
@@ -21,7 +22,7 @@ pub struct Event {
 /// The result of running one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replay {
-    /// The sum of the times of all instructions, without the overhead of a scan.
+    /// The sum of the times of all executed instructions, without the overhead of a scan.
     pub total: Picos,
     /// The executed instructions, in order.
     pub events: Vec<Event>,
@@ -68,7 +69,7 @@ pub struct RealRun {
     pub replay: Replay,
     /// Where and why the run stopped, if it did not reach the end of the scan.
     pub stopped: Option<Stopped>,
-    /// The results of operations that the run computed.
+    /// The operations that the run executed, each with the values that it read and its result.
     pub learned: Knowledge,
     /// Ranges that hold at the start of the scan and not at its end: the index into `Program::stated_ranges` and the
     /// value at the end. Empty if the run stopped early.

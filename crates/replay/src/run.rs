@@ -21,14 +21,15 @@ pub struct OutsideValues<'p> {
     pub inputs: BTreeMap<Cell, u16>,
     /// The values of choices. A choice that is not listed has the value 0.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
-    /// If set, values from outside are pseudo-random with this seed instead.
+    /// If set, choices of the kind [`ChoiceKind::External`] have pseudo-random values with this seed instead. Inputs
+    /// are not affected.
     pub seed: Option<u64>,
 }
 
 /// Which cells are set from outside the program.
 pub struct Outside<'p> {
     program: &'p Program,
-    /// The regions of inputs that the program may write.
+    /// The regions that the program may write in the areas in which it has inputs.
     written: Vec<Region>,
     /// If values from outside are unknown: the cells that the program writes individually. `None` otherwise.
     program_written: Option<BTreeSet<Cell>>,
@@ -38,7 +39,7 @@ pub struct Outside<'p> {
 const LARGEST: u32 = 4096;
 
 impl<'p> Outside<'p> {
-    /// The outside of this program.
+    /// The cells of this program that are set from outside, with known values.
     #[must_use]
     pub fn of(program: &'p Program) -> Outside<'p> {
         Outside { program, written: written(program), program_written: None }
@@ -59,19 +60,21 @@ impl<'p> Outside<'p> {
         Outside { program_written: Some(own), ..Outside::of(program) }
     }
 
-    /// The program.
+    /// The program whose cells these are.
     #[must_use]
     pub fn program(&self) -> &'p Program {
         self.program
     }
 
-    /// A placeholder for an unknown value: the smallest value that the user states as possible, otherwise 0.
+    /// A placeholder for an unknown value: the value nearest to 0 in the range that the user states for this cell,
+    /// otherwise 0.
     fn placeholder(&self, cell: Cell) -> u16 {
         let range = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);
         range.map_or(0, |range| range.nearest_to_zero() as u16)
     }
 
-    /// Whether the value of the cell is unknown at the start of every scan, or of the first one.
+    /// If values from outside are unknown: whether the start value of the cell is. It is for inputs and for cells that
+    /// others write, and in the first scan for cells that the program does not write individually.
     fn is_unknown(&self, cell: Cell, is_first: bool) -> bool {
         let Some(own) = &self.program_written else { return false };
         let is_others = self.program.external.iter().any(|region| region.contains(cell));
@@ -141,7 +144,8 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Runs the next scan. It stops after `most` instructions. Do not call it again after a scan that stopped early.
+    /// Runs the next scan. It stops after `most` instructions, and at a loop of which the manuals do not say whether it
+    /// makes one iteration or none. Do not call it again after a scan that stopped early.
     pub fn scan(&mut self, given: &OutsideValues<'p>, most: u64) -> RealRun {
         let program = self.outside.program;
         self.asked.borrow_mut().clear();
@@ -172,20 +176,21 @@ impl<'p> Run<'p> {
         real
     }
 
-    /// The start values that the last scan read.
+    /// The start values that the last scan read, by cell.
     #[must_use]
     pub fn started(&self) -> BTreeMap<Cell, u16> {
         self.asked.borrow().clone()
     }
 
-    /// Whether the last scan changed nothing, so that the same inputs repeat it.
+    /// Whether the last scan changed nothing but present values of timers and scratch memory, so that the same inputs
+    /// repeat it until a timer times out. The first scan never counts.
     #[must_use]
     pub fn is_steady(&self) -> bool {
         self.steady.is_some()
     }
 
-    /// Skips the scans that repeat the last one, up to the next moment at which a timer may change something. Returns
-    /// their number. `None` if the last scan changed something or no timer runs.
+    /// Skips the scans that repeat the last one, up to the next moment at which a timer may change something: advances
+    /// the clock and returns their number. `None` if the last scan changed something or no timer runs.
     pub fn wait(&mut self) -> Option<u64> {
         let took = self.steady?;
         let program = self.outside.program;
@@ -303,7 +308,7 @@ impl FreeValues for Start<'_, '_> {
     }
 }
 
-/// A pseudo-random value that depends only on the seed and the key.
+/// A pseudo-random value that depends only on the seed, the choice and the call context.
 fn at_random(seed: u64, key: &ChoiceKey) -> u16 {
     const ODD: u64 = 0x9E37_79B9_7F4A_7C15;
     let frames = key.frames.iter().flat_map(|frame| [frame.at as u64, frame.iteration.into()]);

@@ -47,7 +47,8 @@ impl Truth {
     }
 }
 
-/// A region that was havocked, and when.
+/// One havoc of a region: its choice, its call context, and the instruction because of which the new values are
+/// unknown.
 #[derive(Clone)]
 struct HavocRecord {
     region: Region,
@@ -76,7 +77,8 @@ impl CellValue {
     }
 }
 
-/// Values of exact choices, by call context and choice.
+/// The computed values of choices of the kind [`ChoiceKind::Exact`], by call context and choice, each with the
+/// instruction because of which it is unknown.
 type ComputedChoices = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
 /// The state of one scan: the cells, and the frames of the current call context.
@@ -86,7 +88,7 @@ pub(super) struct State<'p, F> {
     cells: FxHashMap<Cell, CellValue>,
     /// The havocs of each area, oldest first.
     havocs: Vec<Vec<HavocRecord>>,
-    /// The start values of cells for which the user states a range.
+    /// The start values of cells for which the user states a range. `None` while the scan has not read the cell.
     started: BTreeMap<Cell, Option<u16>>,
     frames: Arc<[Frame]>,
     pub(super) mode: Mode,
@@ -102,7 +104,7 @@ pub(super) struct State<'p, F> {
     pub(super) reading: Option<Vec<Read>>,
     /// Whether anything that the operation has read may change at any moment.
     pub(super) changing: bool,
-    /// The exact choices computed so far.
+    /// The values of choices that operations computed so far in this scan.
     pub(super) known: ComputedChoices,
     /// The results of operations: the ones that this real run has computed, or the ones that a run of the model uses.
     pub(super) learned: Knowledge,
@@ -114,7 +116,8 @@ pub(super) struct State<'p, F> {
     pub(super) memories: FxHashMap<Cell, u16>,
     /// The cells among `memories` whose timer was at rest at some moment of this scan.
     pub(super) rested: BTreeSet<Cell>,
-    /// The present values of timers, each with the instruction that first read its value at the start of the scan.
+    /// The cells of the present values of timers. For each, the instruction that first read the value at the start of
+    /// the scan; `None` while no instruction has read it.
     pub(super) presents: FxHashMap<Cell, Option<usize>>,
     /// Counts changes of cells, and reads whose answer may be different the next time. Used to detect identical
     /// iterations.
@@ -233,7 +236,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         value
     }
 
-    /// A value from outside the program.
+    /// The value of a choice that something outside the program determines. It counts as unknown if all such values
+    /// are.
     fn outside_value(&mut self, key: &ChoiceKey, kind: AreaKind) -> u16 {
         if self.free.outside_is_unknown() {
             self.doubt = self.doubt.or(Some(self.at));
@@ -245,7 +249,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.choose(choice, AreaKind::Bit) & 1 == 1
     }
 
-    /// How the analysis resolved a choice in the current call context.
+    /// How the analysis resolved a choice in the current call context. `None` if it let the choice have any value.
     pub(super) fn resolution(&self, choice: ChoiceId) -> Option<&Resolution> {
         self.free.resolutions()?.choice(&self.frames, choice)
     }
@@ -260,7 +264,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.read_masked(cell, u16::MAX)
     }
 
-    /// As [`Self::read`], where only the bits of `mask` matter.
+    /// As [`Self::read`], but the value counts as unknown only if a bit of `mask` is. The whole word is returned.
     pub(super) fn read_masked(&mut self, cell: Cell, mask: u16) -> u16 {
         let held = self.current(cell);
         self.doubt = self.doubt.or(held.doubt().filter(|_| held.unknown & mask != 0));
@@ -346,7 +350,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         held
     }
 
-    /// Writes the bits of `mask` if `fired`. Both `fired` and the value may be unknown.
+    /// Writes the bits of `mask` if `fired`. `doubt` says why the value is unknown, if it is. If it is unknown whether
+    /// the write happens, the bits become unknown, unless they have the value already.
     pub(super) fn write_bits(
         &mut self,
         cell: Cell,
@@ -467,7 +472,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         Truth { value, doubt }
     }
 
-    /// Performs a write if `fired`.
+    /// Performs a write if `fired`. `condition` is the execution condition of the instruction.
     pub(super) fn write(&mut self, write: &Write, condition: Truth, fired: Truth) {
         if !fired.value && fired.doubt.is_none() {
             return;

@@ -17,10 +17,11 @@ pub(super) struct TimerMemory {
     were: BTreeMap<Cell, Vec<bool>>,
 }
 
-/// The values that the instruction of a timer or counter reads when it is executed.
+/// The values that the instruction of a timer or counter reads when it is executed, and what is known of them.
 #[derive(Debug, Clone)]
 pub struct TimedInputs {
-    /// The time since power-up at which the instruction is executed.
+    /// The time at which the instruction is executed. [`FreeValues::timed`](super::FreeValues::timed) gets the time
+    /// since the scan began, and adds the time from power-up to there.
     pub now: Picos,
     /// False inside a master control region that is off. For an instruction without inputs, also if its condition is
     /// false.
@@ -73,12 +74,13 @@ impl TimerMemory {
         base.0.checked_mul(last.checked_add(ticks)?).map(Picos)
     }
 
-    /// Begins another scan.
+    /// Counts one more scan, which begins now.
     pub(super) fn begin_scan(&mut self) {
         self.scan += 1;
     }
 
-    /// Repeats the last scan so many times.
+    /// Counts `times` more scans that repeat the last one. A timer that was executed in the last one counts as executed
+    /// in all of them.
     pub(super) fn repeat_scan(&mut self, times: u64) {
         let last = self.scan;
         self.scan += times;
@@ -117,7 +119,8 @@ impl TimerMemory {
         (is_new || (found.is_known && !was_skipped)).then_some(left)
     }
 
-    /// As [`Self::execute`], for a flag and a present value that are known.
+    /// As [`Self::execute`], if the flag and the present value are known. If the set value is not valid BCD, nothing
+    /// changes.
     fn execute_known(
         &mut self,
         timed: &TimerOrCounter,
@@ -168,7 +171,8 @@ impl TimerMemory {
         (flag, if timed.is_decimal { digits(stands) } else { stands })
     }
 
-    /// How many ticks have passed since a running timer was last executed.
+    /// How many ticks have passed since a running timer was last executed. `None` if its condition is false; then it no
+    /// longer runs.
     fn passed(&mut self, flag: Cell, base: Picos, found: &TimedInputs) -> Option<PassedTicks> {
         if !found.condition {
             self.ran.remove(&flag);
@@ -214,7 +218,7 @@ impl TimerMemory {
     }
 }
 
-/// The progress of a running timer.
+/// The progress of a running timer: whether it starts now, and the ticks since its last execution (at most 65,535).
 struct PassedTicks {
     begins: bool,
     ticks: u16,

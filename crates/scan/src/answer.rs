@@ -5,13 +5,14 @@ use super::word::Words;
 use scanbound_model::{Atom, Circuit, Lit, VarId};
 
 impl Words {
-    /// The literal that says whether the word, unsigned, lies in `low..=high`.
+    /// The literal that says whether the word, unsigned, lies in `low..=high`. Beyond the allowed steps it is a new
+    /// free bit, and [`Words::given_up`] is counted up.
     pub fn in_range(&mut self, circuit: &mut Circuit, word: Word, low: u16, high: u16) -> Lit {
         self.range_if_allowed(circuit, word, low, high)
             .unwrap_or_else(|| self.arbitrary_bit(circuit))
     }
 
-    /// As [`Words::in_range`], but `None` if the computation exceeds the allowed work.
+    /// As [`Words::in_range`], but `None` if the computation exceeds the allowed steps ([`Words::allowance`]).
     pub(super) fn range_if_allowed(
         &mut self,
         circuit: &mut Circuit,
@@ -23,12 +24,13 @@ impl Words {
         self.answer(circuit, Query::Range(range)).then(|| self.known_range(range)).flatten()
     }
 
-    /// The range test whose answer is this literal. `None` if there is no such test.
+    /// The first range query that was answered by this literal. `None` if there is none.
     pub(super) fn range_test(&self, lit: Lit) -> Option<Range> {
         self.answers.asked.get(&lit).copied()
     }
 
-    /// The word's bits, least significant first.
+    /// The word's bits, least significant first. Beyond the allowed steps they are new free bits, and
+    /// [`Words::given_up`] is counted up.
     pub fn bits(&mut self, circuit: &mut Circuit, word: Word) -> [Lit; 16] {
         let bits = self.bits_if_allowed(circuit, word);
         bits.unwrap_or_else(|| std::array::from_fn(|_| self.arbitrary_bit(circuit)))
@@ -44,7 +46,7 @@ impl Words {
     }
 
     /// Answers a query, and before it the queries on which it depends. Returns `false` if that exceeds the allowed
-    /// work.
+    /// steps ([`Words::allowance`]).
     ///
     /// It uses no recursion, because words can depend on thousands of others: a step number that a thousand rungs write
     /// is a chain of a thousand words.

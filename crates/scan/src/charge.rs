@@ -29,7 +29,8 @@ impl Run<'_> {
         });
     }
 
-    /// The largest on-time of an instruction, and its on-time by number of units if words give this number.
+    /// The largest on-time of an instruction, and its on-time by number of units if words that can be read give this
+    /// number. For a lower bound with an unreadable number, the on-time for no units.
     fn by_units(&mut self, at: usize, fires: Lit) -> (Picos, Option<Box<ByUnits>>) {
         let times = self.times[at];
         let counted = self.program.instructions[at].counted();
@@ -85,15 +86,15 @@ impl Run<'_> {
         (times.with(counted.most_units()), Some(Box::new(ByUnits { base, units })))
     }
 
-    /// The largest time that one execution of instruction `at` can take.
+    /// The largest time that one execution of instruction `at` can take: on-time with most units, or off-time.
     fn largest_time(&self, at: usize) -> Picos {
         let times = self.times[at];
         let units = self.program.instructions[at].counted().map_or(0, Counted::most_units);
         times.with(units).max(times.off)
     }
 
-    /// Charges a loop that is not followed according to its number of iterations, with each iteration at its largest
-    /// time.
+    /// Charges a loop that is not followed, for lower bounds: the largest time of one iteration, times the number of
+    /// iterations, as one charge for each bit of this number.
     pub(super) fn charge_by_count(
         &mut self,
         active: Lit,
@@ -117,7 +118,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Adds the charges of a loop or routine that is not followed.
+    /// Charges a loop or routine that is not followed: each instruction as often as `charges` says it can run at most,
+    /// at its largest time.
     pub(super) fn charge_summary(
         &mut self,
         active: Lit,
@@ -131,7 +133,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Adds a charge of `cost` that occurs if `holds` is true.
+    /// Adds a charge of `cost` (ps) that occurs if `holds` is true.
     fn charge_where(&mut self, instruction: usize, holds: Lit, cost: Picos) {
         if holds == Lit::FALSE || cost == Picos::ZERO {
             return;

@@ -19,8 +19,8 @@ impl Run<'_> {
         self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
     }
 
-    /// The value of a choice that is read, computed from its operation if possible. A value that was computed under a
-    /// condition is used again wherever that condition holds.
+    /// The value of a choice that is read, computed by executing its operation. A value that was computed under a guard
+    /// is used again wherever that guard is true. `None` if the choice has no operation or the operands are unknown.
     fn computed_value(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let moment = (self.frames.clone(), choice);
         let before = self.known.settled.get(&moment).copied();
@@ -40,14 +40,16 @@ impl Run<'_> {
         Some(word)
     }
 
-    /// The value of a bit, simplified under the current `reached` condition.
+    /// A literal that is equal to a bit cell's value wherever the guard `KnownChoices::reached` is true; simpler if
+    /// possible.
     pub(super) fn simplified_bit(&mut self, cell: Cell) -> Lit {
         let bit = self.memory.read_bit(cell);
         let (words, circuit) = (&self.memory.words, &self.memory.model.circuit);
         self.known.implications(circuit, words).within(circuit, words, bit)
     }
 
-    /// The value of a word, simplified under the current `reached` condition.
+    /// A word that is equal to a word cell's value wherever the guard `KnownChoices::reached` is true; simpler if
+    /// possible.
     pub(super) fn simplified_word(&mut self, cell: Cell) -> Word {
         let word = self.memory.read_word(cell);
         let (words, circuit) = (&mut self.memory.words, &self.memory.model.circuit);
@@ -58,7 +60,7 @@ impl Run<'_> {
         short
     }
 
-    /// The literal of a choice that instruction `at` reads as a bit.
+    /// The literal of a choice that instruction `at` reads as a bit: computed or observed where known, otherwise free.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
         if let Some(word) = self.computed_value(choice, at) {
@@ -92,7 +94,7 @@ impl Run<'_> {
         bit
     }
 
-    /// The word of a choice that instruction `at` reads as a word.
+    /// The word of a choice that instruction `at` reads as a word: computed or observed where known, otherwise free.
     pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
         let program = self.program;
         let iterations = match program.kinds.get(&choice) {
@@ -153,7 +155,8 @@ impl Run<'_> {
         word
     }
 
-    /// The present value of a timer: the set value if the timer's contact is on, otherwise a smaller value.
+    /// The present value of a timer, for lower bounds: the set value if the timer's contact is on, otherwise any
+    /// smaller value (0 if the set value is 0).
     fn present(&mut self, choice: ChoiceId, contact: Cell, setting: u16, at: usize) -> Word {
         let program = self.program;
         let free = self.memory.word_choice(&self.frames, choice, &|| describe(program, at));
@@ -168,8 +171,9 @@ impl Run<'_> {
         words.either(contact, full, below)
     }
 
-    /// Whether a timer has run out: certainly if its flag is on while it runs, or if it has been running for longer
-    /// than its setting.
+    /// The literal of the choice that says whether a timer has run out, for lower bounds. A timer that was running when
+    /// the scan began has run out if its flag is on, or if it has certainly been running for longer than its setting.
+    /// Otherwise the choice is free; but a timer that `Timekeeping::are_kept` concerns has not run out.
     fn expired(&mut self, choice: ChoiceId, expiry: &Expiry, at: usize) -> Lit {
         let moment = (self.frames.clone(), choice);
         if let Some(&known) = self.known.bits.get(&moment) {
@@ -210,8 +214,9 @@ impl Run<'_> {
         over
     }
 
-    /// The present value of a counter, from whether its coil and its contact were on, its value before and its setting.
-    /// Where manuals do not define it, it is any value.
+    /// The present value of a counter after its instruction: one more than before if neither its coil nor its contact
+    /// was on, otherwise as before. It is any value where manuals do not define it. `None` if the inputs are not a
+    /// coil, a contact, a value before and a setting.
     fn counted(&mut self, choice: ChoiceId, inputs: &[OperationInput], at: usize) -> Option<Word> {
         let moment = (self.frames.clone(), choice);
         if let Some(&known) = self.known.words.get(&moment) {
@@ -268,8 +273,9 @@ impl Run<'_> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Writes the known results of an operation in place of its havoc. Returns the guard under which nothing is known,
-    /// so that the havoc remains necessary.
+    /// Writes the computed or observed results of a choice's operation in place of its havoc. Returns the part of
+    /// `guard` under which nothing is known, so that the havoc remains necessary. An instruction's results are written
+    /// only once.
     pub(super) fn write_observed(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if guard == Lit::FALSE {
             return guard;
@@ -324,7 +330,8 @@ impl Run<'_> {
         self.program.areas[usize::from(cell.area.0)].kind == AreaKind::Bit
     }
 
-    /// The literal that says whether an observation applies: all reads have the same values now as they had then.
+    /// The literal that says whether an observation applies: all that was read then has the same values now. False if
+    /// it read a choice of another call context.
     fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
         let mut all = Lit::TRUE;
         for read in reads {

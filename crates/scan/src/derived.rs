@@ -4,7 +4,7 @@
 use super::term::Word;
 use scanbound_model::{Circuit, Lit};
 
-/// The operation of a derived word.
+/// The operation of a derived word, on numbers of one or two words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Function {
     /// The product of two numbers.
@@ -55,7 +55,7 @@ pub struct Derived {
     pub first: [Word; 2],
     /// The second operand. Equal to the first one if the operation has only one.
     pub second: [Word; 2],
-    /// The number of words of the result, from the lowest on, that are used.
+    /// The number of words of the result that are used, from the lowest on.
     pub wanted: u8,
 }
 
@@ -93,7 +93,7 @@ fn extended(number: &[Lit], signed: bool, count: usize) -> Vec<Lit> {
     bits
 }
 
-/// The sum of two numbers and a carry, with as many bits as the first number, and the carry out.
+/// The sum of two numbers of equally many bits and a carry, with as many bits, and the carry out.
 fn sum(circuit: &mut Circuit, a: &[Lit], b: &[Lit], carry: Lit) -> (Vec<Lit>, Lit) {
     let mut carry = carry;
     let bits = a.iter().zip(b).map(|(&a, &b)| {
@@ -114,7 +114,7 @@ fn negated_if(circuit: &mut Circuit, condition: Lit, number: &[Lit]) -> Vec<Lit>
     sum(circuit, &flipped, &zeros, condition).0
 }
 
-/// The low bits of a product, as many as both operands have.
+/// The low bits of a product, as many as each operand has (both have equally many).
 fn product(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Vec<Lit> {
     let zeros = |number: &[Lit]| number.iter().filter(|bit| **bit == Lit::FALSE).count();
     // Each bit of `by` that may be 1 needs an addition, so `by` is the number with more bits known to be 0.
@@ -129,7 +129,7 @@ fn product(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Vec<Lit> {
     total
 }
 
-/// The quotient and the remainder of `a` divided by `b`.
+/// The quotient of `a` divided by `b`, rounded towards zero, and the remainder, with the sign of `a`.
 fn divided(circuit: &mut Circuit, a: &[Lit], b: &[Lit], signed: bool) -> (Vec<Lit>, Vec<Lit>) {
     if !signed {
         return divided_unsigned(circuit, a, b);

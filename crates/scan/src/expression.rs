@@ -7,7 +7,8 @@ use scanbound_ir::{BitSource, Compare, Logic, Number, NumberFormat, Program, Wor
 use scanbound_model::Lit;
 
 impl Run<'_> {
-    /// The literal of a Boolean expression; `condition` is the condition of the instruction at `at`.
+    /// The literal of a Boolean expression that instruction `at` evaluates; `condition` is the value of
+    /// [`Logic::Condition`].
     pub(super) fn logic(&mut self, logic: &Logic, condition: Lit, at: usize) -> Lit {
         match logic {
             Logic::Condition => condition,
@@ -98,7 +99,7 @@ impl Run<'_> {
     }
 }
 
-/// The name of a choice for reports: the instruction that makes it, and its place.
+/// The name of a choice of instruction `at` for reports: the instruction's text and its place in the source.
 pub(super) fn describe(program: &Program, at: usize) -> String {
     let instruction = &program.instructions[at];
     format!("`{}` in {}", instruction.text, program.location_text(instruction.place))

@@ -1,4 +1,4 @@
-//! What a condition implies, found from its structure without a solver.
+//! What follows where a condition (a literal, mostly a guard) is true, found from its structure without a solver.
 
 use super::intervals::Intervals;
 use super::term::{Carry, Gate, Node, Range, Word};
@@ -9,36 +9,37 @@ use scanbound_model::{Atom, Circuit, Lit, VarId};
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// The largest number of parts of a condition that are examined.
+/// The largest number of conjuncts of a condition that are examined.
 const MAX_PARTS: usize = 2048;
 /// The largest number of parts of a word that are examined to find its interval.
 const MAX_WORD_PARTS: usize = 256;
 /// The largest recursion depth when testing whether a literal is implied.
 const DEEPEST: u32 = 5;
-/// The largest depth of nested if-then-else words that are examined.
+/// The largest number of steps in simplifying a literal, and of assumptions about words in a search for an interval.
 const MAX_CHOICES: usize = 64;
-/// The largest number of if-then-else words that are examined to remove branches that are not taken.
+/// The largest number of if-then-else words that one simplification examines to remove branches that are not taken.
 const MAX_REMOVED: u32 = 16;
 /// The largest depth to which the interval of a word's part is computed under the condition. Below it, the interval
 /// that holds in every scan is used.
 const DEEPEST_PART: u32 = 8;
 
-/// Literals that are all true whenever a condition is true, and the ranges of words that follow from these literals.
+/// What is known where a condition is true: literals that are all true there, and the ranges of words that follow from
+/// them. It is not complete; what is missing is unknown.
 #[derive(Debug, Default, Clone)]
 pub struct Implications {
     parts: FxHashSet<Lit>,
     /// The unsigned ranges of free words that the condition implies.
     ranges: FxHashMap<VarId, (u16, u16)>,
-    /// The intervals of other words that were tested.
+    /// The intervals of words that follow from literals that are answers to range queries.
     words: FxHashMap<Word, WordInterval>,
-    /// What holds in every scan. `None` in that value itself.
+    /// What holds in every scan, in addition; `None` if this value is itself what holds in every scan.
     always: Option<Rc<Implications>>,
-    /// Cache: for each literal whether it is certainly true, certainly false, or neither.
+    /// Cache: for each literal that was asked, its value where the condition is true; `None` if not determined.
     asked: RefCell<FxHashMap<Lit, Option<bool>>>,
 }
 
 impl Implications {
-    /// What these constraints imply, which hold in every scan.
+    /// What the constraints imply. As they hold in every scan, so does this.
     pub fn always(circuit: &Circuit, words: &Words, constraints: &[Lit]) -> Implications {
         let mut given = Implications::default();
         given.take(circuit, words, constraints.to_vec(), MAX_PARTS + 8 * constraints.len());
@@ -81,7 +82,8 @@ impl Implications {
         self.parts.contains(&part) || self.always.as_ref().is_some_and(|always| always.has(part))
     }
 
-    /// A word that has the same value wherever the condition holds; simpler if possible.
+    /// A word that has the same value wherever the condition holds, with the outer if-then-else removed where the
+    /// condition decides it; a constant if the value is known.
     pub fn word_within(&self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let single = |(low, high): (u16, u16)| (low == high).then_some(low);
         if let Some(value) = self.word(word).as_constant() {
@@ -104,8 +106,8 @@ impl Implications {
         }
     }
 
-    /// A word that is equal wherever the condition holds, without the if-then-else branches that are not taken there,
-    /// as far as they are examined. `known` caches results for this condition.
+    /// A word that has the same value wherever the condition holds, without the if-then-else branches that are not
+    /// taken there; at most [`MAX_REMOVED`] are examined. `known` caches results for this condition.
     pub fn simplified(
         &self,
         circuit: &Circuit,
@@ -117,7 +119,8 @@ impl Implications {
         self.simplify(circuit, words, word, known, &mut { MAX_REMOVED }).0
     }
 
-    /// A simplified word, and whether the whole expression of the word was examined.
+    /// The simplified word, and whether all of its if-then-else branches were examined; `left` is how many still may
+    /// be.
     fn simplify(
         &self,
         circuit: &Circuit,
@@ -149,8 +152,8 @@ impl Implications {
         (found, whole)
     }
 
-    /// The possible values of a word under the condition, each with the condition under which the word has it. `None`
-    /// if a part is unknown or there are too many values.
+    /// The possible values of a word where the condition holds, each with the literal that says whether the word has
+    /// it. `None` if a part is unknown or there are more than `most` values.
     pub fn possible_values(
         &self,
         circuit: &mut Circuit,
@@ -219,7 +222,7 @@ impl Implications {
         Some(found)
     }
 
-    /// Records the range of a word that follows from a literal.
+    /// Records the interval of a word if this literal, which is true, is the answer to a range query or its negation.
     fn keep(&mut self, words: &Words, part: Lit) {
         if let Some((word, ring)) = interval_of_literal(words, part) {
             let known = self.words.entry(word).or_insert(WordInterval::TOP);
@@ -248,13 +251,14 @@ impl Implications {
         }
     }
 
-    /// The interval of a word that follows from the tests of this word.
+    /// The interval of a word that follows from range queries on this very word, not on its parts.
     pub fn word(&self, word: Word) -> WordInterval {
         let known = self.words.get(&word).copied().unwrap_or(WordInterval::TOP);
         self.always.as_ref().map_or(known, |always| known.meet(always.word(word)))
     }
 
-    /// Computes the interval of a word and of all words on which it depends, each once.
+    /// Computes the intervals of a word and of the words of which it is a sum or among which it selects, each once, and
+    /// stores them in `spans`.
     pub fn compute(&self, circuit: &Circuit, words: &Words, spans: &mut Intervals, word: Word) {
         let mut open = vec![word];
         while let Some(&word) = open.last() {
@@ -277,7 +281,8 @@ impl Implications {
         }
     }
 
-    /// The interval of a word under the condition. `spans` has the intervals that hold in any scan.
+    /// An interval that contains the values of a word where the condition holds. `spans` has intervals that hold in
+    /// every scan.
     pub fn span(
         &self,
         circuit: &Circuit,
@@ -290,7 +295,7 @@ impl Implications {
         self.span_where(&mut looking, word, 0)
     }
 
-    /// The interval of a word under the condition, with additional assumptions about words.
+    /// As [`Implications::span`], with the assumptions of the if-then-else branches on the way to this part.
     fn span_where(&self, looking: &mut IntervalSearch<'_>, word: Word, depth: u32) -> WordInterval {
         let IntervalSearch { circuit, words, .. } = *looking;
         let more = looking.said_more.iter().filter(|(of, _)| *of == word).map(|(_, ring)| *ring);
@@ -348,19 +353,19 @@ impl Implications {
         found.meet(known)
     }
 
-    /// The range of a free word under the condition.
+    /// The unsigned range (inclusive) of a free word where the condition holds.
     pub fn range(&self, word: VarId) -> (u16, u16) {
         let (low, high) = self.ranges.get(&word).copied().unwrap_or((0, u16::MAX));
         let always = self.always.as_ref().map_or((0, u16::MAX), |always| always.range(word));
         (low.max(always.0), high.min(always.1))
     }
 
-    /// Whether the literal is certainly true under the condition.
+    /// Whether the literal is known to be true where the condition holds. `false` may also mean that it is unknown.
     pub fn holds(&self, circuit: &Circuit, words: &Words, lit: Lit) -> bool {
         self.certain_value(circuit, words, lit) == Some(true)
     }
 
-    /// The value of a literal if the condition determines it. Uses and fills the cache.
+    /// The value of a literal where the condition holds, from the cache or computed; `None` if it is not determined.
     fn certain_value(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Option<bool> {
         if let Some(&known) = self.asked.borrow().get(&lit) {
             return known;
@@ -440,7 +445,7 @@ struct IntervalSearch<'a> {
     words: &'a Words,
     /// The intervals of words that are valid in every scan.
     spans: &'a Intervals,
-    /// The intervals of words that hold in the branches of the enclosing if-then-else words.
+    /// The words and intervals that follow from the conditions of the if-then-else branches on the way to this part.
     said_more: Vec<(Word, WordInterval)>,
     /// The number of expressions that the search has examined.
     looked: usize,
@@ -470,7 +475,7 @@ fn interval_of_literal(words: &Words, part: Lit) -> Option<(Word, WordInterval)>
     Some((word, WordInterval::all_except(low, high)))
 }
 
-/// Calls `see` with the conjuncts of a condition, down to some depth.
+/// Calls `see` with a condition, its conjuncts, their conjuncts and so on, down to `depth` levels.
 fn conjuncts(circuit: &Circuit, condition: Lit, depth: u32, see: &mut dyn FnMut(Lit)) {
     see(condition);
     if let (false, scanbound_model::Node::And(a, b), 1..) =

@@ -3,12 +3,12 @@
 use super::term::Word;
 use scanbound_base::word_interval::WordInterval;
 
-/// The intervals by word number; `None` if not yet computed.
+/// The intervals by the number of the word; `None` if not yet computed.
 #[derive(Debug, Default)]
 pub struct Intervals(Vec<Option<WordInterval>>);
 
 impl Intervals {
-    /// The interval of a word; all values if it is not yet computed.
+    /// The interval of a word ([`WordInterval::TOP`], all values, if it is not yet computed).
     pub fn known(&self, word: Word) -> WordInterval {
         self.0.get(word.0 as usize).copied().flatten().unwrap_or(WordInterval::TOP)
     }

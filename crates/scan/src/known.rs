@@ -1,4 +1,5 @@
-//! The results that were computed so far for choices, with the conditions under which they hold.
+//! The values of choices (nondeterministic values) that were computed so far, and what is known where the current
+//! instruction is reached.
 
 use super::implied::Implications;
 use super::intervals::Intervals;
@@ -9,40 +10,42 @@ use scanbound_ir::{ChoiceId, Frame};
 use scanbound_model::{Circuit, Lit};
 use std::rc::Rc;
 
-/// The largest number of conditions for which simplified words are cached.
+/// The largest number of guards for which simplified words are cached. Beyond it, the cache is emptied.
 pub(super) const MAX_CACHED: usize = 4096;
 
-/// Ranges of cells in an area: first index and number of cells.
+/// Ranges of cells in an area, each with the index of its first cell and its number of cells.
 pub(super) type Stretches = Vec<(u32, u32)>;
 
-/// What has been computed so far about choices, so that nothing is computed twice.
+/// The values of choices that were computed so far, so that nothing is computed twice, and what is known while the
+/// current instruction is executed.
 #[derive(Debug)]
 pub(super) struct KnownChoices {
-    /// The bits and words of choices that were read, by call context.
+    /// The bits and words of choices that were read, by call context and choice.
     pub(super) bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
     pub(super) words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
-    /// The words that were computed from operations, with the condition under which they are valid.
+    /// The words that were computed by executing the choices' operations, each with the guard under which it is valid.
     pub(super) settled: FxHashMap<(Vec<Frame>, ChoiceId), (Lit, Word)>,
     /// The choices with which the current instruction havocs: the choice, the guard of the havoc, and the part of the
-    /// guard for which no result was observed, so that the havoc remains necessary.
+    /// guard under which no result was computed or observed, so that the havoc remains necessary.
     pub(super) written: Vec<(ChoiceId, Lit, Lit)>,
-    /// The choice of the current indexed write, and the ranges of cells that this write may reach.
+    /// The choice of the current indexed write, and the ranges of cells that this write may reach (`None`: unknown).
     pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
-    /// The condition of the current instruction.
+    /// The value of `Logic::Condition` for the current instruction: the rung's result, together with the conditions of
+    /// the open master control regions where they matter. It does not say whether the instruction is reached or fires.
     pub(super) condition: Lit,
-    /// The condition under which the current instruction is reached. Where it is false, values that are read do not
-    /// matter.
+    /// The guard of what is being executed now: that the instruction is reached, or that it also fires. Where it is
+    /// false, values that are read do not matter.
     pub(super) reached: Lit,
-    /// What `reached` implies, once computed.
+    /// What the guard in it implies; used again while `reached` is that guard.
     pub(super) implied: Option<(Lit, Implications)>,
-    /// What holds in every scan.
+    /// What the constraints imply, which hold in every scan.
     pub(super) always: Rc<Implications>,
-    /// The intervals of words that are valid in every scan.
+    /// The intervals of words that are valid in every scan, as far as computed.
     pub(super) spans: Intervals,
-    /// For simplified words: the original word, and the condition under which both are equal. Conditions refer to the
-    /// simplified word.
+    /// For each simplified word, the original word and the guard under which both are equal. Guards test the simplified
+    /// word; this map carries what they say over to the original.
     pub(super) before: FxHashMap<Word, (Word, Lit)>,
-    /// Simplified words, by the condition under which they are equal to the original.
+    /// The simplified form of words, by the guard under which both are equal.
     pub(super) fewer: FxHashMap<Lit, FxHashMap<Word, Word>>,
 }
 
@@ -66,32 +69,31 @@ impl Default for KnownChoices {
 }
 
 impl KnownChoices {
-    /// Starts the next instruction, which has this condition.
+    /// Starts the next instruction, for which `Logic::Condition` has this value.
     pub(super) fn begin(&mut self, condition: Lit) {
         self.written.clear();
         self.reach = None;
         self.condition = condition;
     }
 
-    /// Stores the constraints on the start of the scan. This is called once, after all of them were added.
+    /// Stores what the constraints on the start of the scan imply. To be called once, after all of them were added.
     pub(super) fn start(&mut self, circuit: &Circuit, words: &Words, constraints: &[Lit]) {
         self.always = Rc::new(Implications::always(circuit, words, constraints));
         self.implied = None;
         self.spans = Intervals::default();
     }
 
-    /// The condition of the current instruction.
+    /// The value of `Logic::Condition` for the current instruction.
     pub(super) fn condition(&self) -> Lit {
         self.condition
     }
 
-    /// Sets the condition under which the current instruction is reached. Where it is false, values that are read do
-    /// not matter.
+    /// Sets the guard of what is executed next. Where it is false, values that are read do not matter.
     pub(super) fn reach(&mut self, reached: Lit) {
         self.reached = reached;
     }
 
-    /// What is implied by the condition under which the current instruction is reached.
+    /// What the current guard `reached` implies, in addition to the constraints.
     pub(super) fn implications(&mut self, circuit: &Circuit, words: &Words) -> &Implications {
         let KnownChoices { reached, ref always, ref before, ref mut implied, .. } = *self;
         let known = implied.take().filter(|(by, _)| *by == reached);
@@ -103,7 +105,8 @@ impl KnownChoices {
         &implied.insert(known).1
     }
 
-    /// A word simplified under the current `reached` condition.
+    /// A word that is equal to `word` wherever the guard `reached` is true, with fewer if-then-else branches if
+    /// possible.
     pub(super) fn simplified(&mut self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let reached = self.reached;
         if self.fewer.len() > MAX_CACHED {
@@ -115,7 +118,7 @@ impl KnownChoices {
         short
     }
 
-    /// The interval of a word under the current `reached` condition.
+    /// An interval that contains the values of a word wherever the guard `reached` is true.
     pub(super) fn span(&mut self, circuit: &Circuit, words: &Words, word: Word) -> WordInterval {
         self.always.compute(circuit, words, &mut self.spans, word);
         let spans = std::mem::take(&mut self.spans);

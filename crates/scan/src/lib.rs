@@ -43,13 +43,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use violation_log::ViolationLog;
 use word::Word;
 
-/// The largest number of executed instructions in one scan, with calls and loops unrolled.
+/// The largest number of instruction executions in the symbolic execution of one scan. Each call and each iteration of
+/// a loop counts again.
 const MAX_EXECUTED: usize = 10_000_000;
 
-/// Executes one scan of the program symbolically, without size limits.
+/// Executes one scan of the program symbolically, into a model for upper bounds ([`Purpose::UpperBound`]), without size
+/// limits and without observed results. `times` has one entry for each instruction.
 ///
 /// # Errors
-/// If there are too many executions, or the program is not well formed.
+/// If there are too many executions, a time overflows, or the program is not well formed.
 pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanError> {
     scan_model_within(program, times, &SizeLimits::default())
 }
@@ -57,7 +59,8 @@ pub fn scan_model(program: &Program, times: &[Times]) -> Result<ScanModel, ScanE
 /// Like [`scan_model`], within size limits.
 ///
 /// # Errors
-/// If the model exceeds the limits, there are too many executions, or the program is not well formed.
+/// If the model exceeds the limits or `is_over` stops it, there are too many executions, a time overflows, or the
+/// program is not well formed.
 pub fn scan_model_within(
     program: &Program,
     times: &[Times],
@@ -66,8 +69,8 @@ pub fn scan_model_within(
     scan_model_with_knowledge(program, times, &Knowledge::new(), Purpose::UpperBound, limits)
 }
 
-/// Like [`scan_model_within`], for a purpose, and with observed results of exact choices: if an observation applies,
-/// the choice has the observed result.
+/// Like [`scan_model_within`], for either purpose, and with the results of operations that real runs showed. Where the
+/// values that an observation names are read again in the same call context, the choice has the observed result.
 ///
 /// # Errors
 /// As for [`scan_model_within`].
@@ -82,7 +85,8 @@ pub fn scan_model_with_knowledge(
     Ok(run(program, settings, None, |_| ())?.0)
 }
 
-/// The model for upper bounds, and the literals that these bits are on at the end of the scan.
+/// The model for upper bounds, without observed results, and for each of `bits` the literal that says whether it is on
+/// at the end of the scan, after the interrupts.
 ///
 /// # Errors
 /// As for [`scan_model_within`].
@@ -96,8 +100,8 @@ pub fn scan_model_to_end(
     run(program, ScanSettings::of_upper_bounds(times, limits), None, ends)
 }
 
-/// As [`scan_model_with_knowledge`], for lower bounds. Also returns the literals that these bits are on at the end of
-/// the scan.
+/// As [`scan_model_with_knowledge`], for lower bounds. Also returns for each of `bits` the literal that says whether it
+/// is on at the end of the scan, after the interrupts.
 ///
 /// # Errors
 /// As for [`scan_model_within`].
@@ -124,7 +128,8 @@ fn is_on(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
     }
 }
 
-/// Builds the model. Also returns the result of `end`, which is called on the memory at the end of the scan.
+/// Builds the model: the constraints on the start, then the main programs, then the interrupts. Also returns the result
+/// of `end`, which is called on the memory at the end of the scan. `watch` records violations, if given.
 fn run<T>(
     program: &Program,
     settings: ScanSettings<'_>,
@@ -203,7 +208,8 @@ fn word_choices(program: &Program) -> Vec<bool> {
 }
 
 impl Run<'_> {
-    /// Executes a routine from `from` to `to` at most. Returns the literal that says whether control returns from it.
+    /// Executes a routine from `from` (inclusive) to `to` (exclusive) at most; `active` says whether it is entered.
+    /// Returns the literal that says whether control returns from it, by a `Return` or at `to`.
     fn routine(&mut self, from: usize, to: usize, active: Lit) -> Result<Lit, ScanError> {
         let mut act = Activation {
             active,
@@ -247,7 +253,8 @@ impl Run<'_> {
         (act.active, act.results) = (taken, results);
     }
 
-    /// Merges the states of two paths to one instruction, of which at most one is taken.
+    /// Merges the states of two paths to one instruction, of which at most one is taken in a scan. The stack becomes
+    /// unknown if its depths differ.
     fn meet(&mut self, here: PendingJump, there: PendingJump) -> PendingJump {
         if here.taken == Lit::FALSE {
             return there;
@@ -270,13 +277,14 @@ impl Run<'_> {
         met
     }
 
-    /// The size of the model so far, as [`SizeLimits`] define it.
+    /// The size of the model so far: circuit nodes and steps of queries on words, as [`SizeLimits`] defines it.
     fn size(&self) -> usize {
         self.memory.model.circuit.nodes().len() + self.memory.words.spent
     }
 
-    /// Returns an error if the model, or what instruction `at` added to it, is too large. `before` is the size before
-    /// the instruction.
+    /// Returns an error if the whole model is too large or the caller stops the execution. If only instruction `at`
+    /// added too much, it is recorded as costly. `before` is the size before the instruction. Calls and loops are not
+    /// costly themselves, because what they execute is checked by itself.
     fn check_size(&mut self, at: usize, before: usize) -> Result<(), ScanError> {
         /// `is_over` is called once in this many instructions.
         const EVERY: usize = 256;
@@ -296,7 +304,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Executes one instruction. Returns the index of the next one.
+    /// Executes one instruction with its charge and effects. Returns the index of the next one (after the end of a loop
+    /// or summary, if it begins one).
     fn instruction(&mut self, act: &mut Activation, at: usize) -> Result<usize, ScanError> {
         self.executed += 1;
         if self.executed > MAX_EXECUTED {
@@ -333,7 +342,7 @@ impl Run<'_> {
         self.step(act, at, &instruction.step, fires, fired)
     }
 
-    /// Records that an operation error may end the scan at this instruction.
+    /// Records, for lower bounds only, under which condition an operation error may end the scan at this instruction.
     fn fail(&mut self, at: usize, executed: Lit, condition: Lit) {
         if self.purpose == Purpose::LowerBound
             && let Some(error) = self.program.errors.get(&at)
@@ -346,7 +355,8 @@ impl Run<'_> {
         }
     }
 
-    /// Executes one effect of the instruction `at`.
+    /// Executes one effect of the instruction `at`. It happens under `active` (the instruction is reached) or `fired`
+    /// (it also fires); `condition` is the value of [`Logic::Condition`].
     fn effect(&mut self, effect: &Effect, active: Lit, fired: Lit, condition: Lit, at: usize) {
         let guard = match effect.when {
             When::Always => active,
@@ -454,7 +464,7 @@ impl Run<'_> {
         Ok(next)
     }
 
-    /// Opens a master control region.
+    /// Opens a master control region with this condition, inside the regions that are open.
     fn open_region(&mut self, open_regions: &mut Vec<OpenRegion>, level: u32, condition: Lit) {
         let (all, highest) =
             open_regions.last().map_or((Lit::TRUE, 0), |master| (master.all, master.highest));
@@ -477,7 +487,8 @@ impl Run<'_> {
         }
     }
 
-    /// Combines a value with the stack, as a contact does.
+    /// Combines the value of a contact with the rung's stack of results. An error if the stack is unknown, except at
+    /// the start of a rung.
     fn join(
         &mut self,
         results: &mut RungResults,
@@ -506,7 +517,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Jumps to a later instruction if `fires` is true.
+    /// Jumps to the later instruction `target` where control is here and `fires` is true; `fired` is both together. The
+    /// state waits as a pending jump until the target is reached.
     fn jump(&mut self, act: &mut Activation, target: usize, fires: Lit, fired: Lit) {
         let circuit = self.memory.circuit();
         act.active = circuit.and(act.active, !fires);
@@ -520,14 +532,16 @@ impl Run<'_> {
         act.pending_jumps.insert(target, pending);
     }
 
-    /// Adds the constraint that the start value of one or two words is within a signed range.
+    /// Adds the constraint that the signed number in these words at the start of the scan, low word first, is in
+    /// `low..=high`.
     fn constrain(&mut self, cells: &[Cell], low: i64, high: i64) {
         let value: Vec<Word> = cells.iter().map(|&cell| self.memory.read_word(cell)).collect();
         let within = self.within(&value, true, low, high);
         self.exclude_unless(Lit::TRUE, within);
     }
 
-    /// Adds the constraint that the start value of a word is in the list `values`. An empty list means no constraint.
+    /// Adds the constraint that the start value of a word is in the list `values`. No constraint if the list is empty,
+    /// or if there is not exactly one cell.
     fn constrain_to(&mut self, cells: &[Cell], values: &[u16]) {
         let ([cell], false) = (cells, values.is_empty()) else { return };
         let word = self.memory.read_word(*cell);
@@ -540,7 +554,7 @@ impl Run<'_> {
         self.exclude_unless(Lit::TRUE, is_one);
     }
 
-    /// The literal that says whether the number in these words, low word first, lies in a range.
+    /// The literal that says whether the number in these words, low word first, lies in `low..=high`.
     fn within(&mut self, value: &[Word], signed: bool, low: i64, high: i64) -> Lit {
         let Memory { words, model, .. } = &mut self.memory;
         number::within(words, &mut model.circuit, value, signed, low, high)
@@ -555,7 +569,8 @@ impl Run<'_> {
     }
 }
 
-/// Whether the step may occur between rungs, where there is no result.
+/// Whether the step needs no result of a rung: it starts a rung, or its `fires` does not mention [`Logic::Condition`].
+/// Such a step may follow paths whose stacks differ.
 fn needs_no_result(step: &Step) -> bool {
     match step {
         Step::Logic { join, .. } => *join == Join::Start,

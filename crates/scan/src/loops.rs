@@ -8,7 +8,7 @@ use scanbound_ir::{BitSource, Exit, Frame, Logic, Summary, WordSource};
 use scanbound_model::{Lit, LoopCount};
 
 impl Run<'_> {
-    /// Executes a loop. Returns the index of the next instruction.
+    /// Executes a loop iteration by iteration. Returns the index of the instruction after its end.
     pub(super) fn for_loop(
         &mut self,
         act: &mut Activation,
@@ -20,8 +20,8 @@ impl Run<'_> {
         Ok(for_loop.end + 1)
     }
 
-    /// Charges a loop that is not followed, and havocs everything that the loop may write. Returns the index of the
-    /// next instruction.
+    /// Charges a loop or routine that is not followed, and havocs everything that it may write. Returns the index of
+    /// the instruction after its end.
     pub(super) fn summary(
         &mut self,
         act: &mut Activation,
@@ -55,7 +55,8 @@ impl Run<'_> {
         Ok(end + 1)
     }
 
-    /// Continues at an exit of a loop that is not followed, if `fires` is true.
+    /// Leaves a loop that is not followed by one of its exits where control is here and `fires` is true; `fired` is
+    /// both together.
     fn leave(&mut self, act: &mut Activation, exit: Exit, fires: Lit, fired: Lit) {
         if let Exit::To(target) = exit {
             return self.jump(act, target, fires, fired);
@@ -69,7 +70,8 @@ impl Run<'_> {
         }
     }
 
-    /// The word that gives the number of iterations, and whether the word is signed.
+    /// The word that gives the number of iterations, and whether the word is signed (a negative count means no
+    /// iteration).
     pub(super) fn count(&self, count: WordSource) -> (WordSource, bool) {
         let kind = match count {
             WordSource::Free(choice) => self.program.kinds.get(&choice),
@@ -81,7 +83,8 @@ impl Run<'_> {
         }
     }
 
-    /// Executes a loop iteration by iteration. Each iteration has the guard that the number of iterations includes it.
+    /// Executes a loop iteration by iteration, `most` at most. From iteration number `least` on, each has the guard
+    /// that the count includes it.
     fn iterations(&mut self, act: &mut Activation, for_loop: ForLoop) -> Result<(), ScanError> {
         let ForLoop { at, count, least, most, end } = for_loop;
         let given_up = self.memory.words.given_up;
@@ -122,7 +125,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Records how many iterations a loop that is not followed can make in this call context.
+    /// Records how many iterations a loop that is not followed can make in this call context, within `least..=most`,
+    /// and from which free words this number is computed.
     fn note_most_iterations(
         &mut self,
         reached: Lit,
@@ -153,7 +157,8 @@ impl Run<'_> {
         *all = iterations.clamp(least, most).max(*all);
     }
 
-    /// Excludes scans in which the number of iterations of a loop is not as stated.
+    /// Excludes scans in which the loop is reached and its count is outside the range that the user stated, if there is
+    /// one.
     fn exclude_other_counts(&mut self, reached: Lit, at: usize, count: WordSource) {
         let Some(&(low, high)) = self.program.stated_counts.get(&at) else { return };
         let (word, is_signed) = match count {

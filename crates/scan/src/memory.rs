@@ -10,7 +10,7 @@ use scanbound_model::{
     Atom, Circuit, Coverage, Havoc, Havocs, Lit, Origin, ScanModel, VarId, VarKind, Variable,
 };
 
-/// The latest value of a cell, and how many havocs of its area this value already takes into account.
+/// The latest value of a cell, and how many of the first havocs of its area this value already includes.
 #[derive(Debug, Clone, Copy)]
 struct Version<T> {
     value: T,
@@ -22,7 +22,7 @@ pub struct Memory<'p> {
     program: &'p Program,
     /// The model under construction.
     pub model: ScanModel,
-    /// The symbolic words.
+    /// All symbolic words, and the answers to queries on them.
     pub words: Words,
     bit_cells: FxHashMap<Cell, Version<Lit>>,
     word_cells: FxHashMap<Cell, Version<Word>>,
@@ -55,7 +55,7 @@ impl<'p> Memory<'p> {
         }
     }
 
-    /// The circuit.
+    /// The circuit of the model under construction.
     pub fn circuit(&mut self) -> &mut Circuit {
         &mut self.model.circuit
     }
@@ -97,7 +97,8 @@ impl<'p> Memory<'p> {
         self.word_choices[choice.0 as usize]
     }
 
-    /// The literal of a choice that is read as a bit in the call context `frames`.
+    /// The free literal of a choice that is read as a bit in the call context `frames`; bit 0 of its word if it is also
+    /// read as a word. `place` names a new variable.
     pub fn bit_choice(
         &mut self,
         frames: &[Frame],
@@ -111,7 +112,7 @@ impl<'p> Memory<'p> {
         })
     }
 
-    /// The word of a choice that is read as a word in the call context `frames`.
+    /// The free word of a choice that is read as a word in the call context `frames`. `place` names a new variable.
     pub fn word_choice(
         &mut self,
         frames: &[Frame],
@@ -122,7 +123,8 @@ impl<'p> Memory<'p> {
         self.words.free(variable)
     }
 
-    /// The current value of a bit cell.
+    /// The current value of a bit cell. The first read makes a free variable for the start value; a read after havocs
+    /// makes one for the value that they wrote.
     pub fn read_bit(&mut self, cell: Cell) -> Lit {
         let old = match self.bit_cells.get(&cell) {
             Some(&version) => version,
@@ -144,7 +146,7 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// The current value of a word cell.
+    /// The current value of a word cell; as [`Memory::read_bit`].
     pub fn read_word(&mut self, cell: Cell) -> Word {
         let old = match self.word_cells.get(&cell) {
             Some(&version) => version,
@@ -166,13 +168,13 @@ impl<'p> Memory<'p> {
         value
     }
 
-    /// A value of a cell with the mark that all havocs so far are included.
+    /// A value of a cell that includes all havocs so far.
     fn newest<T>(&self, cell: Cell, value: T) -> Version<T> {
         Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
-    /// If a havoc after the first `seen` havocs of its area may have written the cell: the literal that one of them was
-    /// executed, and the origin of the new value.
+    /// The literal that a havoc wrote the cell after the first `seen` havocs of its area, and the origin of the value
+    /// that it wrote. `None` if none can have.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let count = self.model.havocs.count(cell.area);
         if count == seen {

@@ -56,7 +56,7 @@ pub fn bitwise(words: &mut Words, a: &[Word], b: &[Word], gate: Gate) -> Vec<Wor
     a.iter().zip(b).map(|(&x, &y)| words.bitwise(gate, x, y)).collect()
 }
 
-/// The literal that says whether the number in these words, low word first, lies in a range.
+/// The literal that says whether the number in these words, low word first, lies in `low..=high`.
 pub fn within(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -83,7 +83,7 @@ pub fn within(
     })
 }
 
-/// The literal that says whether `a` and `b`, as integers, are in this relation.
+/// The literal that says whether `a` and `b`, integers of equally many words, low word first, are in this relation.
 pub fn compare(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -235,7 +235,7 @@ fn real_bits(words: &mut Words, circuit: &mut Circuit, number: &[Word]) -> Vec<L
     number.iter().flat_map(|&word| words.bits(circuit, word)).collect()
 }
 
-/// Whether the number is normal (exponent neither all zeros nor all ones) or +0.
+/// The literal that says whether a single is normal (exponent neither all zeros nor all ones) or +0.
 fn is_plain(circuit: &mut Circuit, bits: &[Lit]) -> Lit {
     let exponent = &bits[23..31];
     let some_one = circuit.any(exponent.iter().copied());
@@ -257,8 +257,8 @@ fn real_less(circuit: &mut Circuit, a: &[Lit], b: &[Lit]) -> Lit {
 }
 
 /// Splits a number into weighted literals: its value is the sum of the weights of the literals that are true. The
-/// number has these bits, least significant first, or is `most` if `over` is true. All weights add up to `most`, so
-/// that the solver has nothing to search where the maximum is possible.
+/// number is `most` if `over` is true; otherwise it has these bits, least significant first, and must be at most
+/// `most`. All weights add up to `most`, so that the solver has nothing to search where the maximum is possible.
 pub fn in_parts(circuit: &mut Circuit, bits: &[Lit], over: Lit, most: u64) -> Vec<(Lit, u64)> {
     let places = (u64::BITS - most.leading_zeros()) as usize;
     let is_one = |number: u64, place: usize| Lit::constant(number >> place & 1 == 1);

@@ -6,8 +6,8 @@ use scanbound_ir::Relation;
 use scanbound_ir::meaning::{Operation, Unary};
 use scanbound_model::{Circuit, Lit};
 
-/// The result of an operation as a number of this many words, and the condition under which it is defined. `None` if
-/// the operation is not supported here.
+/// The result of an operation, low word first, and the literal that says whether it is defined. `wanted` limits the
+/// words of a product. `None` if the operation, or the size of its operands, is not supported here.
 pub fn results(
     words: &mut Words,
     circuit: &mut Circuit,
@@ -88,7 +88,7 @@ pub fn results(
     }
 }
 
-/// The literal that says whether a number of shifted places is at most the number of bits.
+/// The literal that says whether a number of shifted places is at most the number of bits of `count` words.
 fn places_fit(words: &mut Words, circuit: &mut Circuit, places: Word, count: usize) -> Lit {
     let most = if count == 1 { 16 } else { 32 };
     words.in_range(circuit, places, 0, most)

@@ -1,5 +1,5 @@
-//! Computes the results of operations whose operands are known. This matters most for indexed devices whose index is
-//! known in the current call and iteration.
+//! Computes the results of operations whose operands are known, in place of any values. This matters most for indexed
+//! devices whose index is known in the current call and iteration.
 
 use super::operation;
 use super::run::Run;
@@ -16,11 +16,11 @@ use scanbound_ir::{
 use scanbound_model::Lit;
 use std::sync::Arc;
 
-/// The largest number of cells that one computed address may denote.
+/// The largest number of values that one term of a computed address may have.
 const MAX_CASES: usize = 8;
-/// The largest number of combinations of the possible values of two words.
+/// The largest number of combinations of the possible values of two words or terms; with more, nothing is computed.
 const MAX_PAIRS: usize = 64;
-/// The largest number of elements of an array among which an access is followed.
+/// The largest number of elements of an array among which an access is followed; with more, it is not followed.
 const MAX_ELEMENTS: usize = 256;
 /// The largest number of words of a list that is followed word by word.
 const MAX_WORDS: usize = 64;
@@ -28,7 +28,7 @@ const MAX_WORDS: usize = 64;
 /// Possible values, each with the condition under which it is the actual one; exactly one of the conditions is true.
 type Cases<T> = Vec<(Lit, T)>;
 
-/// The target of an operation's result, with its address computed.
+/// The target of an operation's result: fixed cells or bits, or possible locations of a computed address.
 enum ResolvedTarget<'p> {
     At(&'p Target),
     Cells(Vec<(Lit, Vec<WordLocation>)>),
@@ -42,7 +42,8 @@ enum WordLocation {
 }
 
 impl<'p> Run<'p> {
-    /// The result of a choice's operation if the choice is read now. `None` if its operands are not known well enough.
+    /// The first word of the result of a choice's operation if the choice is read now. `None` if it has no known
+    /// operation, the operands are not known well enough, or the result is not defined in every case.
     pub(super) fn resolved_word(&mut self, choice: ChoiceId, at: usize) -> Option<Word> {
         let program = self.program;
         let Some(ChoiceKind::Exact(meaning)) = program.kinds.get(&choice) else { return None };
@@ -56,8 +57,8 @@ impl<'p> Run<'p> {
         Some(word)
     }
 
-    /// Writes the results of an operation under `guard`. Returns the part of the guard under which the results are
-    /// unknown, or `None` if they are always unknown.
+    /// Writes the results of a choice's operation under `guard`, where they are known. Returns the part of the guard
+    /// under which the results are unknown; `None`, and nothing written, if they are always unknown.
     pub(super) fn write_resolved(
         &mut self,
         choice: ChoiceId,
@@ -100,13 +101,14 @@ impl<'p> Run<'p> {
         Some(rest)
     }
 
-    /// Whether the operation of a choice is followed even if its operands are unknown.
+    /// Whether the operation of a choice is computed from symbolic operands even if these have no known values
+    /// (`Program::always_followed`).
     fn follows(&self, choice: ChoiceId) -> bool {
         self.program.always_followed.contains(&choice)
     }
 
-    /// The cells that an indexed write may reach in the current call context, if they are fewer than `region`. A write
-    /// beyond the end of its area reaches nothing (see README, what is not modelled).
+    /// The parts of `region` that an indexed write may reach in the current call context; `region` itself if they are
+    /// not fewer. A write beyond the end of its area reaches nothing (see README, what is not modelled).
     pub(super) fn reached(&mut self, choice: ChoiceId, region: Region, at: usize) -> Vec<Region> {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.shares_area(region));
@@ -137,7 +139,8 @@ impl<'p> Run<'p> {
         parts
     }
 
-    /// The ranges of cells that an indexed write may reach, each with its first index and its number of cells.
+    /// The ranges of cells that an indexed write may reach, each with its first index and its number of cells. `None`
+    /// if the index or the length is unknown, or in an interrupt routine.
     fn reach(&mut self, indexed: &IndexedWrite, at: usize) -> Option<Vec<(u32, u32)>> {
         if self.interrupts() {
             return None;
@@ -189,8 +192,8 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// The results of an operation, each a list of words, if its inputs are known well enough; and the condition under
-    /// which the results are defined.
+    /// The results of an operation, each a list of words, and the literal that says whether they are defined. `None` if
+    /// the inputs are not known well enough, or the operation is not supported.
     fn execute_operation(
         &mut self,
         choice: ChoiceId,
@@ -274,7 +277,8 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The words of an operand, and the condition under which these words are valid.
+    /// The words of an operand, and the literal that says whether they are valid. `None` if something besides the
+    /// program may change it in mid-scan, it is longer than [`MAX_WORDS`], or its address is unknown.
     fn operand(
         &mut self,
         operand: &OperationInput,
@@ -347,8 +351,9 @@ impl<'p> Run<'p> {
         Some((words, Lit::TRUE))
     }
 
-    /// The possible locations of a list of words at an address, each with the condition under which it is the actual
-    /// one.
+    /// The possible locations of a list of `count` words at an address, each with the literal that says whether it is
+    /// the actual one; and the literal that says whether one of them is. `None` if the address is unknown, or has a
+    /// value outside its ranges.
     fn locations(
         &mut self,
         address: &Address,
@@ -400,7 +405,8 @@ impl<'p> Run<'p> {
     }
 
     /// The addresses at which an element of `count` cells lies completely inside the address ranges, each with the
-    /// condition under which it is the actual one.
+    /// literal that says whether it is the actual one. `None` if the address is not one positive multiple of a signed
+    /// index, or there are more than [`MAX_ELEMENTS`].
     fn elements(&mut self, address: &Address, count: usize, at: usize) -> Option<Cases<i64>> {
         let [term] = &address.terms[..] else { return None };
         if term.format != IntegerFormat::Signed
@@ -477,7 +483,8 @@ impl<'p> Run<'p> {
         numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.factor)?))).collect()
     }
 
-    /// The intervals that contain the values of these words. `None` if a word is not stable.
+    /// For each of these words, an interval that contains its values where the current instruction is executed. `None`
+    /// if something besides the program may change a word in mid-scan.
     pub(super) fn may_hold(
         &mut self,
         sources: &[WordSource],
@@ -495,7 +502,8 @@ impl<'p> Run<'p> {
         Some(found)
     }
 
-    /// The possible values of a number of one or two words, low word first.
+    /// The possible values of a number in words, low word first. `None` if there are more than `most`, or a word is
+    /// unknown.
     fn numbers(
         &mut self,
         sources: &[WordSource],
@@ -554,7 +562,7 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// The cells of a target, and the condition under which they are valid.
+    /// The possible locations of a target, and the literal that says whether one of them is the actual one.
     fn target_locations(
         &mut self,
         target: &'p Target,
@@ -646,7 +654,7 @@ impl<'p> Run<'p> {
     }
 }
 
-/// Whether this file can follow the operation. If not, its operands need not be examined.
+/// Whether `operate` can compute the operation from constant operands. If not, its operands need not be examined.
 fn is_supported(operation: &Operation) -> bool {
     matches!(
         operation,
@@ -659,7 +667,7 @@ fn is_supported(operation: &Operation) -> bool {
     )
 }
 
-/// One or two words, low word first, as a signed number.
+/// One or two words, low word first, as a signed number; `None` for any other count of words.
 fn signed(words: &[u16]) -> Option<i64> {
     match *words {
         [word] => Some(word.cast_signed().into()),

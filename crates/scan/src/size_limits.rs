@@ -1,4 +1,4 @@
-//! Keeps the model of a scan within size limits. If single instructions make it too large, the values that they read
+//! Keeps the model of a scan within size limits: where single instructions make it too large, the values that they read
 //! are replaced by any values.
 
 use super::scan_model_within;
@@ -12,18 +12,20 @@ use scanbound_ir::{
 use scanbound_model::ScanModel;
 use std::collections::BTreeSet;
 
-/// The limits for one execution of an instruction, tried in this order until the model fits.
+/// The values of [`SizeLimits::per_execution`] that are tried in this order until the model fits.
 const PER_EXECUTION: [usize; 5] = [1 << 15, 1 << 11, 1 << 7, 1 << 5, 8];
 
 /// The number of times that one limit is tried. After the inputs of costly instructions became any values, others may
 /// cost more or less.
 const ROUNDS: usize = 3;
 
-/// Executes one scan symbolically into a model of size `in_all` at most. If single instructions make it too large,
-/// their inputs become any values, and this is recorded as over-approximation. `None` if the model is still too large.
+/// Executes one scan symbolically into a model for upper bounds, of size [`SizeLimits::in_all`] at most. If single
+/// instructions make it too large, `program` is changed: what they read becomes any values, and this is recorded as
+/// over-approximation. `None` if the model is still too large.
 ///
 /// # Errors
-/// If `is_over` stopped the execution, or the program is not well formed.
+/// If `is_over` stopped the execution, there are too many executions, a time overflows, or the program is not well
+/// formed.
 pub fn scan_model_fitted(
     program: &mut Program,
     times: &[Times],
@@ -47,8 +49,8 @@ pub fn scan_model_fitted(
     Ok(None)
 }
 
-/// Replaces everything that these instructions read, and the words of which they write a bit, by any values. Returns
-/// whether any of them read anything.
+/// Replaces everything that these instructions read, and the words of which they write a bit, by any values, and no
+/// longer follows their operations. Returns whether anything was replaced.
 fn widen(program: &mut Program, costly: &BTreeSet<usize>) -> bool {
     let mut choices = program.choices;
     let mut choice = || {

@@ -1,13 +1,14 @@
-//! The structure of symbolic words, and the queries on them.
+//! How symbolic words are composed, and the queries on them whose answers are literals.
 
 use rustc_hash::FxHashMap;
 use scanbound_model::{Lit, VarId};
 
-/// A symbolic word, an index into the list of nodes.
+/// A symbolic 16-bit word: its index among the nodes of [`Words`](super::word::Words). Equal expressions have the same
+/// index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Word(pub(super) u32);
 
-/// How a word is computed.
+/// How a word is computed: an expression over literals, free words and other words, modulo 65,536.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Node {
     Const(u16),
@@ -17,9 +18,9 @@ pub(super) enum Node {
     /// Sixteen literals, one for each bit; the number is an index into the list of such words.
     Bits(u32),
     Bitwise(Gate, Word, Word),
-    /// The sum of two words and a carry.
+    /// The sum of two words and a carry, modulo 65,536.
     Sum(Word, Word, Carry),
-    /// The sum of a word, a constant and a carry.
+    /// The sum of a word, a constant and a carry, modulo 65,536.
     Carried(Word, u16, Carry),
     /// Word `u8` of the result of an operation, which has the number `u32` in the list of operations.
     Derived(u32, u8),
@@ -37,7 +38,7 @@ pub enum Gate {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Carry(pub(super) u32);
 
-/// The sum of two words from which a carry comes.
+/// The sum from which a carry comes: two words, or a word and a constant, each with the carry that the sum adds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum CarryDefinition {
     None,
@@ -69,7 +70,7 @@ pub(super) struct Range(pub Word, pub u16, pub u16);
 #[derive(Debug, Default)]
 pub(super) struct Answers {
     pub ranges: FxHashMap<Range, Lit>,
-    /// The range query of which a literal is the answer; the first if there are several.
+    /// For each literal that answers a range query, that query; the first if there are several.
     pub asked: FxHashMap<Lit, Range>,
     pub bits: FxHashMap<Word, [Lit; 16]>,
     pub carries: FxHashMap<Carry, Lit>,

@@ -1,4 +1,4 @@
-//! Records the havocs whose targets are unknown: after one, any cell may have any value.
+//! Records the havocs whose targets are unknown: after one, nearly any cell may have any value.
 
 use super::run::Run;
 use super::term::{Node, Word};
@@ -9,15 +9,16 @@ use scanbound_ir::{Cell, ChoiceId, IndexedWrite, Region};
 use scanbound_model::{Origin, UnknownWrite, VarId};
 use std::collections::BTreeSet;
 
-/// An index with at least this many possible values is treated as unknown.
+/// A write whose index may range over at least this many values counts as a write to an unknown target.
 const WIDE: i64 = 1000;
-/// The largest number of parts of a word that are examined to find on what it depends.
+/// The largest number of parts of words that are examined to find on what an index depends.
 const MAX_PARTS: usize = 500;
-/// The largest number of executions of one write that are examined.
+/// The largest number of executions of one write whose index is examined; further ones are only counted.
 const MAX_EXECUTIONS: u32 = 64;
 
 impl Run<'_> {
-    /// Records a havoc that may write nearly anywhere, and on what its index depends.
+    /// Records a havoc if it may write nearly anywhere, and on what its index depends. Writes with a stated index
+    /// range, or with few possible indices, are not recorded.
     pub(super) fn note_unknown_write(&mut self, choice: ChoiceId, region: Region, at: usize) {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.is_unknown_in(region));
@@ -65,7 +66,8 @@ impl Run<'_> {
         ends.iter().map(|(low, high)| high - low).sum::<i64>() >= WIDE
     }
 
-    /// The cells on whose start values these words may depend, and the unknown writes on whose values they may depend.
+    /// The cells on whose start values these words may depend, and the other unknown writes from which their values may
+    /// come.
     fn dependencies(&self, words: &[Word], own: ChoiceId) -> (BTreeSet<Cell>, BTreeSet<ChoiceId>) {
         let (mut starts, mut follows) = (BTreeSet::new(), BTreeSet::new());
         let model = &self.memory.model;
@@ -88,7 +90,8 @@ impl Run<'_> {
     }
 }
 
-/// The free words of which words are composed or among which they are selected, whatever the conditions.
+/// The free words of which words are composed or among which they are selected. Not those in conditions or in single
+/// bits, and not those beyond [`MAX_PARTS`] examined parts.
 pub(super) fn parts(words: &Words, from: &[Word]) -> Vec<VarId> {
     let (mut open, mut seen, mut found) = (from.to_vec(), FxHashSet::default(), Vec::new());
     while let Some(word) = open.pop().filter(|_| seen.len() < MAX_PARTS) {

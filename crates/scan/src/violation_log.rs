@@ -7,31 +7,34 @@ use scanbound_ir::{BitTarget, Cell, Program, Region, StartRange, TrustedRange};
 use scanbound_model::{Circuit, Lit};
 use std::collections::BTreeMap;
 
-/// A violation of an assumption. No scan that starts in a state in which all assumptions hold may have one.
+/// Something a scan may do that breaks an assumption of the bound. The assumptions are proved if no scan that starts in
+/// a state in which all of them hold can do any.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Violation {
-    /// The scan writes a value outside its range into a trusted word, an index into `Program::trusted_ranges`. Every
-    /// write counts, because after a power failure in mid-scan a latched word keeps the value that it had then.
+    /// The scan writes a value outside its range into a trusted word; the number is its index in
+    /// [`Program::trusted_ranges`]. Every write counts, because after a power failure in mid-scan a latched word keeps
+    /// the value that it had then.
     Word(usize),
     /// The scan ends with all of these bits on, although they are mutually exclusive.
     All(Vec<BitTarget>),
-    /// At this instruction, the number of iterations or units exceeds the maximum that the analysis found.
+    /// At the instruction with this index, the number of iterations or units exceeds the maximum that the analysis
+    /// found.
     Count(usize),
-    /// The indexed write of this instruction goes outside the cells that the analysis found.
+    /// The indexed write of the instruction with this index goes outside the cells that the analysis found.
     Reach(usize),
 }
 
-/// The violations recorded so far.
+/// The violations recorded so far, each with the literal that says whether it occurs.
 #[derive(Debug)]
 pub struct ViolationLog {
     words: FxHashMap<Cell, Watched>,
     others: BTreeMap<Violation, Lit>,
 }
 
-/// A word whose range is trusted when a scan starts, so that its writes are checked.
+/// A word whose range is assumed when a scan starts, so that its writes are checked.
 #[derive(Debug)]
 struct Watched {
-    /// The index of the range in `Program::trusted_ranges`.
+    /// The index of the word, as used in [`Violation::Word`].
     place: usize,
     range: StartRange,
     /// The literal that says whether a value outside of the word's range was written.
@@ -60,7 +63,8 @@ impl ViolationLog {
         ViolationLog { words: words.filter_map(word).collect(), others: BTreeMap::new() }
     }
 
-    /// Records a write of a word under `guard`.
+    /// Records a write of a word under `guard`. It breaks the range if the value is outside; if the range lists values,
+    /// if it is none of these.
     pub fn written(
         &mut self,
         words: &mut Words,

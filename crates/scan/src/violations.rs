@@ -16,11 +16,11 @@ use scanbound_ir::{
 };
 use scanbound_model::{Atom, Charge, Lit, Origin, ScanModel, VarId};
 
-/// The scan's model with violations in place of costs: one charge for each possible violation, which is reached if the
-/// violation happens.
+/// The scan's model with violations in place of costs: one charge of 1 ps for each possible violation, which is reached
+/// if the violation happens. Also returns the violations, in the order of the charges.
 ///
 /// # Errors
-/// If the model exceeds the size limits.
+/// As for [`scan_model_within`](crate::scan_model_within).
 pub fn scan_model_of_violations(
     program: &Program,
     times: &[Times],
@@ -46,29 +46,30 @@ pub fn scan_model_of_violations(
     Ok((model, found.into_iter().map(|(violation, _)| violation).collect()))
 }
 
-/// A statement about the state at the start of every scan.
+/// A statement that may hold in the state at the start of every scan, and is to be checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Candidate {
-    /// The number in these words, low word first, is within a range.
+    /// The signed number in these words, low word first, is in the range from the second to the third field
+    /// (inclusive).
     Within(Vec<Cell>, i64, i64),
     /// At most one of these bits is on.
     Exclusive(Vec<BitTarget>),
 }
 
-/// In which scans a candidate statement does not hold at the end.
+/// In which scans a [`Candidate`] does not hold at the end or in mid-scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CandidateOutcome {
     /// The literal that says whether the statement is false at the end of the scan.
     pub violated_at_end: Lit,
-    /// The statement is false at the end or, for a range, possibly at some moment before. If the power fails at that
-    /// moment, a latched word keeps the value that it has then.
+    /// The literal that says whether the statement is false at the end or, for a range with a latched word, possibly at
+    /// some moment before. If the power fails at that moment, a latched word keeps the value that it has then.
     pub violated: Lit,
-    /// For each bit of the statement, or for its number: it was off or 0 at the start of the scan and is not at the
-    /// end.
+    /// For each bit of the statement, or once for its number, the literal that it was off or 0 at the start of the scan
+    /// and is not at the end. A start value on which the model does not depend counts as off or 0.
     pub changed: Vec<Lit>,
 }
 
-/// A scan's model without charges, and for each statement how the scan may violate it.
+/// A scan's model without charges, and for each statement of `all`, in this order, how the scan may violate it.
 ///
 /// # Errors
 /// As for [`scan_model_of_violations`].
@@ -141,7 +142,7 @@ fn stay(memory: &mut Memory<'_>, one: &Candidate) -> CandidateOutcome {
     }
 }
 
-/// The variable of a cell's value at the start of the scan; `None` if the scan never reads it.
+/// The variable of a cell's value at the start of the scan; `None` if the model has none, because nothing read it.
 fn start_of(memory: &Memory<'_>, cell: Cell) -> Option<VarId> {
     let at = memory.model.variables.iter().position(|one| one.origin == Origin::Start(cell))?;
     u32::try_from(at).ok().map(VarId)
@@ -165,7 +166,8 @@ fn start_bit(memory: &mut Memory<'_>, bit: BitTarget) -> Lit {
         },
     }
 }
-/// All possible violations, each with the literal that says whether it occurs.
+/// All violations that were recorded, exclusive bits that end the scan together, and counts and indexed writes inside
+/// summaries (which are not followed, so they always count); each with the literal that says whether it occurs.
 fn violations(program: &Program, memory: &mut Memory<'_>) -> Vec<(Violation, Lit)> {
     let mut all = memory.watch.take().map(|watch| watch.into_violations()).unwrap_or_default();
     for apart in &program.mutually_exclusive {
@@ -205,7 +207,7 @@ impl Run<'_> {
         }
     }
 
-    /// Records a violation if a loop makes more than `most` iterations.
+    /// Records a violation if a loop whose limit the analysis found makes more than `most` iterations.
     pub(super) fn check_iterations(
         &mut self,
         reached: Lit,
@@ -225,7 +227,8 @@ impl Run<'_> {
         self.note(Violation::Count(at), more);
     }
 
-    /// Records a violation if an instruction processes more units than the maximum that the analysis found.
+    /// Records a violation under the literal `over`, which says that an instruction processes more units than the
+    /// maximum that the analysis found; nothing if the analysis found none.
     pub(super) fn check_units(&mut self, at: usize, over: Lit) {
         if self.program.limited_counts.contains(&at) {
             self.note(Violation::Count(at), over);
@@ -251,7 +254,8 @@ impl Run<'_> {
         self.note(Violation::Reach(at), beyond);
     }
 
-    /// The literal that says whether an indexed write certainly stays between two cells of its area.
+    /// A literal that implies that an indexed write stays between two cells of its area (inclusive). An index outside
+    /// the range that the user stated counts as inside; a length that cannot be judged counts as outside.
     fn is_inside(&mut self, indexed: &IndexedWrite, least: u32, largest: u32, at: usize) -> Lit {
         let first = i64::from(indexed.first.index);
         let (low, high) = (i64::from(least) - first, i64::from(largest) - first);

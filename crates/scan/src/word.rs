@@ -10,9 +10,9 @@ use rustc_hash::FxHashSet;
 use scanbound_model::{Atom, Circuit, Lit, Shared, VarId};
 use std::collections::BTreeSet;
 
-/// The largest number of parts that are examined to find the maximum of a word.
+/// The largest number of parts that [`Words::most`] examines to find the maximum of a word.
 const MAX_PARTS: usize = 64;
-/// The maximum of a word is computed only if at least this much of the allowed work remains.
+/// [`Words::most`] looks for a smaller constant only if at least this much of the allowed work remains.
 const LEAST_ALLOWANCE: usize = 1 << 14;
 
 /// All symbolic words of a scan, with equal words shared, and the queries on them that were answered.
@@ -23,9 +23,9 @@ pub struct Words {
     carries: Shared<CarryDefinition>,
     derived: Shared<Derived>,
     pub(super) answers: Answers,
-    /// The amount of work that queries of the current instruction may still cause.
+    /// The steps that queries of the current instruction may still take.
     pub allowance: usize,
-    /// The amount of work that all queries have caused so far.
+    /// The steps that all queries have taken so far.
     pub spent: usize,
     /// The number of queries that were given up because they exceeded the allowed work. Their answers are arbitrary, so
     /// the model must be discarded.
@@ -33,7 +33,7 @@ pub struct Words {
 }
 
 impl Default for Words {
-    /// No words, and unlimited work for queries.
+    /// No words, and no limit on the steps of queries.
     fn default() -> Self {
         let mut carries = Shared::default();
         carries.number(CarryDefinition::None);
@@ -138,7 +138,7 @@ impl Words {
         }
     }
 
-    /// The words of the result of an operation on two numbers of one or two words each.
+    /// The lowest `wanted` words of the result of an operation on two numbers of one or two words each.
     pub fn derived(
         &mut self,
         function: Function,
@@ -159,7 +159,8 @@ impl Words {
         self.derived.get(number)
     }
 
-    /// A word composed of sixteen bits, least significant first.
+    /// A word composed of sixteen bits, least significant first. A constant, or the free word, if the bits are exactly
+    /// those.
     pub fn of_bits(&mut self, circuit: &Circuit, bits: [Lit; 16]) -> Word {
         if bits.iter().all(|b| b.is_constant()) {
             let value = (0..16).fold(0, |value, i| value | u16::from(bits[i] == Lit::TRUE) << i);
@@ -190,10 +191,10 @@ impl Words {
         }
     }
 
-    /// The maximum of the word as a signed number; `None` if nothing limits it.
+    /// An upper limit of the word as a signed number; `None` if nothing limits it, or the word has too many parts.
     ///
-    /// It is the maximum that the word's parts allow, or a smaller constant among its parts that the word is proved
-    /// never to exceed. Such a constant occurs where a program limits a count before it uses it.
+    /// It is the maximum that the word's parts allow, or a smaller non-negative constant among its parts that the word
+    /// is proved never to exceed. Such a constant occurs where a program limits a count before it uses it.
     pub fn most(&mut self, circuit: &mut Circuit, word: Word) -> Option<i16> {
         let mut constants = BTreeSet::new();
         let most = self.greatest(circuit, word, &mut constants);
@@ -206,8 +207,8 @@ impl Words {
         never_above.or(most).filter(|&most| most < i16::MAX)
     }
 
-    /// The largest signed number that the word's parts allow, and the constants that the word may equal. `None` if
-    /// there are too many parts.
+    /// The largest signed number that the word's parts allow. Adds the constants among these parts to `constants`.
+    /// `None` if there are too many parts, or computing their bits exceeds the allowed steps.
     fn greatest(
         &mut self,
         circuit: &mut Circuit,
@@ -258,7 +259,7 @@ impl Words {
         Some(most)
     }
 
-    /// Subtracts `work` from the allowed work; `false` if none is left.
+    /// Subtracts `work` steps from the allowed ones; `false` if fewer were left.
     pub(super) fn spend(&mut self, work: usize) -> bool {
         self.spent += work;
         let enough = self.allowance >= work;

@@ -8,15 +8,15 @@ use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, GroupAssignment};
 use std::time::Duration;
 
-/// The upper and the lower bound of a running search. They only become tighter.
+/// The upper and the lower bound of a running search, in picoseconds. They only become tighter.
 pub struct Bounds<'a> {
     problem: &'a Problem,
     limits: &'a Limits<'a>,
     upper: u64,
     best: Option<(u64, Assignment)>,
     calls: u64,
-    /// The sum of all items minus the weights of the cores found. The upper bound may be lower, if another search has
-    /// proved more.
+    /// The cost of all items together minus the weights of the cores found, in picoseconds. The upper bound may be
+    /// lower, if another search has proved more.
     remaining: u64,
     engine: Engine,
     /// The trace, if requested.
@@ -41,8 +41,8 @@ impl<'a> Bounds<'a> {
         bounds
     }
 
-    /// The bounds for one case, whose scans cost at most `upper`. The best scan found so far is included even if it
-    /// belongs to another case, because only longer ones are of interest.
+    /// The bounds for one case of a search case by case, whose scans cost at most `upper`. The best scan found so far
+    /// is included even if it belongs to another case, because only longer ones are of interest.
     pub fn of_case(&self, limits: &'a Limits<'a>, upper: u64) -> Bounds<'a> {
         Bounds {
             limits,
@@ -55,7 +55,7 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Takes over the best scan of a case that was searched, and adds its statistics.
+    /// Takes over the best scan of a case that was searched, and adds its number of queries.
     pub fn after_case(&mut self, case: Bounds<'_>) {
         self.calls += case.calls;
         if let Some((_, best)) = case.best {
@@ -73,12 +73,12 @@ impl<'a> Bounds<'a> {
         self.best.as_ref().map_or(0, |best| best.0)
     }
 
-    /// Whether the bounds are equal and an assignment is known.
+    /// Whether the maximum is known: an assignment was found that costs the upper bound.
     pub fn exact(&self) -> bool {
         self.best.as_ref().is_some_and(|best| best.0 == self.upper)
     }
 
-    /// Records an assignment, if it costs more than the best one so far.
+    /// Records an assignment if it satisfies the constraints and costs more than the best one so far.
     pub fn record_assignment(&mut self, assignment: Assignment) {
         if let Some(cost) = self.problem.cost(&assignment)
             && self.best.as_ref().is_none_or(|best| best.0 < cost)
@@ -89,7 +89,8 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Records that no assignment costs more than this.
+    /// Records that no assignment costs more than this (picoseconds). Changes nothing if the upper bound is already as
+    /// low.
     pub fn record_upper(&mut self, upper: u64) {
         if upper < self.upper {
             debug_assert!(
@@ -101,15 +102,15 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Records that every scan falsifies this much more weight. In terms of MaxSAT, the lower bound of the cost rises;
-    /// here the upper bound of the time falls.
+    /// Records that in every scan guards with this much more weight are false. In terms of MaxSAT, the lower bound of
+    /// the cost rises; here the upper bound of the time falls.
     pub fn falsified(&mut self, weight: u64) {
         self.remaining -= weight;
         // Within a case, the upper bound must not fall below the best scan, which may belong to another case.
         self.record_upper(self.remaining.max(self.lower()));
     }
 
-    /// The sum of all items minus the weights of the cores found.
+    /// The cost of all items together minus the weights of the cores found, in picoseconds.
     pub fn remaining(&self) -> u64 {
         self.remaining
     }
@@ -132,20 +133,20 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// Adds the steps of another search to the trace.
+    /// Adds the steps of another search to the trace, if one is requested.
     pub fn steps(&mut self, steps: Trace) {
         if let Some(trace) = &mut self.trace {
             trace.append(steps);
         }
     }
 
-    /// Adds the current bounds to the trace.
+    /// Adds the current bounds to the trace, at the end of a round.
     pub fn round(&mut self) {
         let (upper, lower) = (Picos(self.upper), Picos(self.lower()));
         self.step(|| Step::Bounds { upper, lower });
     }
 
-    /// Counts a query to a solver.
+    /// Counts one query to a solver.
     pub fn count(&mut self) {
         self.calls += 1;
     }
@@ -161,7 +162,8 @@ impl<'a> Bounds<'a> {
         self.limits
     }
 
-    /// The result of the search.
+    /// The result of the search with the bounds proved so far. Without an assignment, the lower bound is 0 and the best
+    /// assignment all zeros.
     pub fn finish(self) -> Maximum {
         let feasible = self.best.is_some();
         let (lower, best) = self.best.unwrap_or_else(|| (0, self.problem.zeros()));

@@ -15,7 +15,7 @@ pub struct Clauses {
     pub clauses: ClauseList,
     /// For each clause, the variable that it helps to define.
     pub owners: Vec<i32>,
-    /// The literal of each item of the problem.
+    /// The literal of the guard of each item of the problem, in the order of the items.
     pub items: Vec<i32>,
     /// The literal of each node of the circuit; 0 if it has no variable.
     nodes: Vec<i32>,
@@ -69,13 +69,13 @@ impl Clauses {
         if lit.is_negated() { -variable } else { variable }
     }
 
-    /// The variables that are not outputs of gates.
+    /// The variables that are not outputs of gates: those of atoms, and those of words' bits.
     pub fn inputs(&self) -> impl Iterator<Item = i32> {
         let bits = self.bits.values().flatten().copied();
         self.atoms.iter().map(|&(variable, _)| variable).chain(bits)
     }
 
-    /// The bits that occur in most clauses, at most `most` of them.
+    /// The bit variables (not bits of words) that occur in most clauses, at most `most` of them, the most used first.
     pub fn most_used_bits(&self, most: usize) -> Vec<VarId> {
         let mut occurrences = vec![0usize; self.variables + 1];
         for literal in self.clauses.literals() {
@@ -91,7 +91,8 @@ impl Clauses {
         bits.into_iter().map(|(_, bit)| bit).collect()
     }
 
-    /// The assignment of the problem's variables that corresponds to a model.
+    /// The assignment of the problem's variables that corresponds to a solver's model; `holds` says whether a variable
+    /// is true in it.
     pub fn assignment(&self, problem: &Problem, holds: impl Fn(i32) -> bool) -> Assignment {
         let mut assignment = problem.zeros();
         for &(variable, atom) in &self.atoms {
@@ -209,14 +210,14 @@ fn order(nodes: &[Node], late: usize) -> Vec<usize> {
     order
 }
 
-/// How a node is represented.
+/// How a node of the circuit is represented in the clauses.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum NodeUse {
     /// The node has no representation: no item and no constraint depends on it.
     None,
     /// The node is part of the only gate that uses it, and is not negated there.
     Inside,
-    /// The node is represented by a variable.
+    /// The node has a variable of its own.
     Gate,
 }
 

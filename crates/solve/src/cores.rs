@@ -51,7 +51,7 @@ const SIZES: Sizes = Sizes {
     decisions: cases::DECISIONS,
 };
 
-/// Searches until the bounds meet or the limits are reached.
+/// Searches a problem until the bounds meet or the limits are reached, and records the results in `bounds`.
 pub fn search(problem: &Problem, bounds: &mut Bounds<'_>) {
     search_from(SIZES, problem, bounds);
 }

@@ -43,7 +43,8 @@ pub fn wcnf(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     text
 }
 
-/// The problem for an SMT solver with optimisation (`assert-soft`).
+/// The problem in SMT-LIB 2, for a solver with optimisation (`assert-soft`). `charge` describes a charge (an index into
+/// [`ScanModel::charges`]) in one line.
 #[must_use]
 pub fn smt2(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) -> String {
     let problem = Problem::new(model, group);
@@ -65,8 +66,8 @@ pub fn smt2(model: &ScanModel, group: &Group, charge: &dyn Fn(usize) -> String) 
     text
 }
 
-/// A decision problem without optimisation: can the group cost more than `bound`? The answer `unsat` confirms the
-/// bound.
+/// A decision problem in SMT-LIB 2 without optimisation: can the group cost more than `bound`? The answer `unsat`
+/// confirms the bound.
 #[must_use]
 pub fn certificate(
     model: &ScanModel,
@@ -89,8 +90,8 @@ pub fn certificate(
     text
 }
 
-/// A decision problem: can any of the group's charges be reached? `head` is the comment at the top; `charge` describes
-/// a charge. The answer `unsat` confirms that none can.
+/// A decision problem in SMT-LIB 2: can any of the group's charges be reached? `head` is the comment at the top, line
+/// by line; `charge` describes a charge. The answer `unsat` confirms that none can.
 #[must_use]
 pub fn never(
     model: &ScanModel,
@@ -115,8 +116,8 @@ pub fn never(
     text
 }
 
-/// A decision problem in which every variable is fixed to its value in the scan that costs `cost`. The answer `sat`
-/// confirms that the group can cost that much.
+/// A decision problem in SMT-LIB 2 in which every variable is fixed to its value in `best`: does that scan satisfy the
+/// constraints and cost `cost`? The answer `sat` confirms that the group can cost that much.
 #[must_use]
 pub fn attained(
     model: &ScanModel,

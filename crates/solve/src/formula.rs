@@ -26,7 +26,7 @@ struct Place {
 }
 
 impl Formula {
-    /// Takes the clauses of a circuit, whose variables are numbered in the order of execution. They are moved, not
+    /// Takes the clauses out of `clauses`, whose variables are numbered in the order of execution. They are moved, not
     /// copied, because there are millions.
     pub fn new(clauses: &mut Clauses) -> Formula {
         let mut defined = vec![true; clauses.variables + 1];
@@ -74,7 +74,7 @@ impl Formula {
         left
     }
 
-    /// The number of variables.
+    /// The number of variables, including those that the search added.
     pub fn variable_count(&self) -> usize {
         self.variables
     }
@@ -95,7 +95,7 @@ impl Formula {
         self.push(position, variable, clause);
     }
 
-    /// Adds a clause.
+    /// Adds a clause that defines no variable.
     pub fn add(&mut self, position: usize, clause: &[i32]) {
         self.push(position, 0, clause);
     }
@@ -105,7 +105,7 @@ impl Formula {
         self.clauses.len()
     }
 
-    /// The clauses from this index on.
+    /// The clauses from the one with this index on, in the order in which they were added.
     pub fn since(&self, index: usize) -> impl Iterator<Item = &[i32]> {
         (index..self.len()).map(|index| self.clause(index))
     }
@@ -127,7 +127,7 @@ impl Formula {
         }
     }
 
-    /// Splits the clauses into partitions of `size` positions. No clause remains here.
+    /// Splits the clauses by their positions into partitions of `size` positions each. No clause remains here.
     pub fn split(&mut self, size: usize, partitions: usize) -> Vec<Formula> {
         if partitions == 1 {
             let none = Formula::empty(self.variables);
@@ -180,7 +180,7 @@ pub struct Renumbering {
 }
 
 impl Renumbering {
-    /// The literal with its new number.
+    /// The literal with the new number of its variable.
     pub fn of(&self, literal: i32) -> i32 {
         if literal.unsigned_abs() as usize <= self.shared {
             return literal;

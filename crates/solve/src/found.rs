@@ -4,7 +4,7 @@ use super::trace::Trace;
 use scanbound_base::time::Picos;
 use scanbound_model::GroupAssignment;
 
-/// The search that found the maximum, or that ran last.
+/// The search that ran last on a group, and so found its result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Engine {
     /// The search by subsets, with Z3 (with BatSat in a build without Z3).
@@ -13,22 +13,22 @@ pub enum Engine {
     Cores,
 }
 
-/// The result of searching a group.
+/// The result of searching a group. The maximum is known exactly if `feasible` and the bounds are equal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Maximum {
-    /// The upper bound: no scan costs more.
+    /// The upper bound: in no scan do the group's charges take more.
     pub upper: Picos,
-    /// The lower bound: the cost under `best`.
+    /// The lower bound: the time of the group's charges under `best`.
     pub lower: Picos,
-    /// The best assignment found, for the group's variables.
+    /// The best assignment found, for the variables on which the group's time and constraints depend.
     pub best: GroupAssignment,
     /// Whether `best` satisfies the group's constraints. It does, unless the search ended before it found an assignment
-    /// that does, or none exists; then `best` and `lower` are 0.
+    /// that does, or none exists; then all values in `best`, and `lower`, are 0.
     pub feasible: bool,
     /// The number of queries to a solver.
     pub calls: u64,
-    /// The search that found the result.
+    /// The search that ran last.
     pub engine: Engine,
-    /// The steps of the search, if requested.
+    /// The steps of the search; empty if not requested.
     pub trace: Trace,
 }

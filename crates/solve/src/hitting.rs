@@ -1,7 +1,7 @@
 //! Minimum-weight hitting sets: the cheapest items that contain at least one element of every core.
 
-/// Finds a hitting set with the least weight. Cores must not be empty or contain an element twice. `None` if `stop`
-/// ended the search.
+/// Finds a hitting set with the least weight: elements (indices into `weights`, ascending) of which every core contains
+/// at least one. Cores must not be empty or contain an element twice. `None` if `stop` ended the search.
 pub fn least_hitting_set(
     weights: &[u64],
     cores: &[Vec<usize>],
@@ -25,7 +25,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The hitting set with the least weight. `None` if it does not weigh less than `limit`.
+    /// The weight and the elements of the hitting set with the least weight. `None` if it does not weigh less than
+    /// `limit`, or the search was stopped.
     fn least(&mut self, mut cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
         self.steps += 1;
         if self.stopped || (self.steps.is_multiple_of(1024) && (self.stop)()) {

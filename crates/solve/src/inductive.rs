@@ -19,21 +19,21 @@ const LANES: usize = 64;
 const DECISIONS: u64 = 5_000_000;
 /// The number of successive scans that are simulated after the one that was found.
 const FOLLOWING: usize = 16;
-/// The largest number of queries before the search is given up.
+/// The largest number of queries; after it the search is given up, and nothing is known.
 const ROUNDS: usize = 3_000;
 
 /// The literals of a bit at the start and at the end of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitTransition {
-    /// The value of the bit at the start of the scan.
+    /// The literal that the bit is on at the start of the scan.
     pub start: Lit,
-    /// The value of the bit at the end of the scan.
+    /// The literal that the bit is on at the end of the scan.
     pub end: Lit,
 }
 
-/// The largest set of candidates found such that a scan that starts with all of them true also ends with all of them
-/// true. A candidate is a list of indices into `bits`; it says that these bits are never all on. `None` if the limits
-/// end the search; then nothing is known.
+/// The largest set of candidates such that a scan that starts with all of them true also ends with all of them true. A
+/// candidate is a list of indices into `bits`; it says that these bits are never all on. The caller must know that the
+/// candidates hold when a run begins. `None` if the search takes too long; then nothing is known.
 #[must_use]
 pub fn inductive(
     model: &ScanModel,
@@ -79,7 +79,7 @@ struct Candidate {
     broken: i32,
 }
 
-/// A solver with the clauses of one scan.
+/// A solver with the clauses of one scan and of the candidates, and what is needed to vary a scan that it finds.
 struct InductiveSearch<'a> {
     model: &'a ScanModel,
     problem: Problem,
@@ -88,7 +88,7 @@ struct InductiveSearch<'a> {
     literals: FxHashMap<usize, i32>,
     /// For each variable, whether it is the start value of a bit. Turning such a bit off violates no candidate.
     starts: Vec<bool>,
-    /// Variables that occur in constraints.
+    /// For each variable, whether a constraint depends on it; such variables are not varied.
     tied: Vec<bool>,
     /// For each word, the constants with which it is compared.
     thresholds: FxHashMap<VarId, Vec<u16>>,
@@ -168,7 +168,7 @@ impl<'a> InductiveSearch<'a> {
         }
     }
 
-    /// Adds the clauses of a candidate.
+    /// Adds the variables and clauses of a candidate with these bits to the solver.
     fn candidate(&mut self, bits: Vec<usize>, transitions: &[BitTransition]) -> Candidate {
         let (holds, broken) = (self.fresh(), self.fresh());
         let start = |&bit: &usize| {
@@ -273,7 +273,7 @@ impl<'a> InductiveSearch<'a> {
     }
 }
 
-/// The variables that occur in a model's constraints.
+/// For each variable of a model, whether a constraint depends on it.
 fn tied(model: &ScanModel) -> Vec<bool> {
     let nodes = model.circuit.nodes();
     let mut reached = vec![false; nodes.len()];
@@ -290,7 +290,7 @@ fn tied(model: &ScanModel) -> Vec<bool> {
     tied
 }
 
-/// The values of one variable in all lanes.
+/// The values of one variable in all lanes: the 64 scans that are evaluated at once.
 enum Lane {
     Bit(u64),
     /// A word with the same value in all lanes.
@@ -333,7 +333,7 @@ impl Lane {
     }
 }
 
-/// The values of all nodes in all lanes.
+/// The values of all circuit nodes in all lanes, one bit for each lane.
 struct Scans {
     nodes: Vec<u64>,
     /// The lanes whose scans satisfy the constraints.

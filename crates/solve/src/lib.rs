@@ -1,4 +1,4 @@
-//! Finds the maximum of a group: the largest cost of its charges in one scan.
+//! Finds the maximum of a group of charges: the largest total time that they take in one scan.
 
 mod bounds;
 mod clause_list;
@@ -42,19 +42,22 @@ use bounds::Bounds;
 use scanbound_model::{Group, ScanModel};
 use trace::Step;
 
-/// The search method.
+/// The method by which the maximum of a group is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
     /// The search by subsets for a small group, up to an effort limit; otherwise the core-guided search.
     #[default]
     Auto,
-    /// The paper's method: removes conflicting items one at a time, with T_MAX as the bound.
+    /// The paper's method: asks whether sets of guards can be true together, from all of them to ever smaller subsets,
+    /// and leaves out subsets that cannot exceed the longest scan found (T_MAX). With more than 8 guards, conflicts
+    /// that the solver names decide which guards to leave out.
     Subsets,
-    /// Core-guided search.
+    /// Core-guided search (OLL, as in MaxSAT solvers): finds sets of guards that cannot all be true, and lowers the
+    /// bound by each.
     Cores,
 }
 
-/// The maximum of a group. Its bounds are valid however early the search ends.
+/// Searches the maximum of one group. Its bounds are valid however early the limits end the search.
 #[must_use]
 pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits<'_>) -> Maximum {
     let problem = Problem::new(model, group);
@@ -65,7 +68,8 @@ pub fn maximum(model: &ScanModel, group: &Group, method: Method, limits: &Limits
     }
 }
 
-/// Searches a problem with a method, within `with_solver` if the method needs a solver.
+/// Searches a problem with a method. Unless the method is [`Method::Cores`], it must be called within
+/// [`subsets::with_solver`].
 fn search(problem: &Problem, method: Method, limits: &Limits<'_>) -> Maximum {
     let mut bounds = Bounds::new(problem, limits);
     let subsets = match method {

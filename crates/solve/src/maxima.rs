@@ -9,7 +9,7 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// The largest fraction of the remaining time that a group may use while others are still to be searched.
+/// The largest fraction of the remaining time that a group may use while others have not begun.
 const SHARE: f64 = 0.9;
 
 /// The largest number of small groups that are searched by subsets if the user does not choose a method. Some projects
@@ -19,8 +19,8 @@ const FEW: usize = 24;
 /// A group with more charges than this is not small, even if many of its charges have the same guard.
 const CHARGES: usize = 100;
 
-/// The search method of each group: the one that the user chose; else `Method::Auto` for the first few groups that look
-/// small, and cores for the others.
+/// The search method of each group: `method`, if it is not [`Method::Auto`]; else `Auto` for the first 24 groups of at
+/// most 100 charges, and [`Method::Cores`] for the others.
 #[must_use]
 pub fn methods(groups: &[Group], method: Method) -> Vec<Method> {
     let mut left = FEW;
@@ -34,7 +34,8 @@ pub fn methods(groups: &[Group], method: Method) -> Vec<Method> {
     each.collect()
 }
 
-/// The maximum of every group, in the order of the groups, on the threads of the current rayon pool.
+/// Searches the maximum of every group, each by its method in `methods`, on the threads of the current rayon pool. The
+/// results are in the order of the groups.
 ///
 /// The groups share one deadline: the remaining time is divided in proportion to the groups' charges, so that a hard
 /// group leaves time for the others. `each` is called with every better bound: the group's index, its upper bound, its

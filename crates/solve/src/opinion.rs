@@ -1,11 +1,11 @@
 //! The result of checking a group's maximum with a second solver.
 
-/// The result of checking a group's maximum with Z3.
+/// The result of checking a group's maximum with Z3, where Z3 does not contradict it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Opinion {
     /// No scan costs more than the upper bound, and the best scan satisfies the constraints and costs the lower bound.
     Confirmed,
-    /// The group is too large to check.
+    /// The group has too many charges or circuit nodes to check.
     TooLarge,
     /// Z3 found no answer within its effort limit or the time limit.
     RanOut,

@@ -20,12 +20,12 @@ pub enum Branching {
     All,
 }
 
-/// The largest effort of a query.
+/// The largest effort of one query; a query that needs more gets no answer.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// The largest number of decisions; each assumption may cost one.
+    /// The largest number of decisions (guesses of a variable's value); each assumption may cost one.
     pub decisions: u64,
-    /// The largest number of conflicts.
+    /// The largest number of conflicts (decisions that turned out to be wrong together).
     pub conflicts: u64,
 }
 
@@ -154,13 +154,14 @@ impl<'a> Oracle<'a> {
         }
     }
 
-    /// After `None`: whether the query ended because of the limit on conflicts.
+    /// After a query without answer: whether it exceeded its limit on conflicts.
     pub fn had_conflicts(&self) -> bool {
         let watch = self.solver.cb();
         watch.conflicts > watch.most.conflicts
     }
 
-    /// After a negative answer: a subset of the assumptions that cannot be true together.
+    /// After a negative answer: a subset of the assumptions that cannot be true together; empty if the clauses alone
+    /// are contradictory.
     pub fn core(&self) -> Vec<i32> {
         let refuted = self.solver.unsat_core().iter();
         refuted

@@ -12,7 +12,7 @@ use super::problem::{Item, Problem};
 use rustc_hash::FxHashMap;
 use scanbound_model::{Lit, ScanModel, VarId};
 
-/// The largest number of decisions of one query.
+/// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
 /// How many scans before the one in question are looked for, and the most queries for one state.
 const DEPTH: usize = 6;
@@ -23,33 +23,34 @@ const SMALLER: usize = 24;
 /// Values of some bits: indices into the list of bits, each with its value.
 pub type State = Vec<(usize, bool)>;
 
-/// A bit whose value goes from scan to scan.
+/// A bit that keeps its value from the end of a scan to the start of the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StateBit {
-    /// The value of the bit at the start of the scan.
+    /// The literal that the bit is on at the start of the scan.
     pub start: Lit,
-    /// Whether the scan certainly leaves the bit on.
+    /// The literal that the scan leaves the bit on; in a model for lower bounds, that it certainly does.
     pub on: Lit,
-    /// Whether the scan certainly leaves the bit off.
+    /// The literal that the scan leaves the bit off; in a model for lower bounds, that it certainly does.
     pub off: Lit,
     /// The value of the bit when a run begins with cleared memory.
     pub initial: bool,
 }
 
-/// A solver with the clauses of one scan, and what it has excluded so far.
+/// Answers which states never occur when a scan starts: a solver with the clauses of one scan, and the parts of states
+/// that were excluded so far.
 pub struct Predecessors<'a> {
     bits: Vec<StateBit>,
     /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
     oracle: Oracle<'a>,
-    /// The number of the last variable.
+    /// The number of the last variable of the solver.
     variables: i32,
     queries: usize,
 }
 
-/// The answer of one query.
+/// The answer of a query whether a scan that starts in another state leaves a state.
 enum Predecessor {
-    /// The start of a scan that leaves the state.
+    /// A scan leaves the state; this is the state in which it starts (all bits).
     Scan(State),
     /// No scan leaves these values, a part of the state, unless it starts with them.
     Never(State),
@@ -84,7 +85,8 @@ impl<'a> Predecessors<'a> {
         Predecessors { bits, literals, oracle, variables, queries: 0 }
     }
 
-    /// A part of the state that certainly never occurs when a scan starts. `None` if the state may occur.
+    /// A part of the state (values of some of its bits) that occurs at the start of no scan in a run that begins with
+    /// the initial values, by the model. `None` if the state may occur, or the search took too long.
     pub fn excluded(&mut self, state: &[(usize, bool)]) -> Option<State> {
         self.queries = QUERIES;
         self.never(state, DEPTH)
@@ -111,8 +113,9 @@ impl<'a> Predecessors<'a> {
         None
     }
 
-    /// The largest part of a state that no scan leaves unless it starts with it, if no run begins with it. `previous`
-    /// is the start of a scan that leaves the state.
+    /// A part of a state that no scan leaves unless it starts with it, and with which no run begins; it is also
+    /// excluded. `previous` is the start of a scan that leaves the state. `None` if there is no such part, or the
+    /// queries are used up.
     fn inductive_part(&mut self, state: &[(usize, bool)], previous: &State) -> Option<State> {
         let is_in = |previous: &State, &(bit, value): &(usize, bool)| previous[bit].1 == value;
         let mut part: State = state.to_vec();
@@ -133,7 +136,8 @@ impl<'a> Predecessors<'a> {
         part.iter().all(|&(bit, value)| self.bits[bit].initial == value)
     }
 
-    /// Leaves out values that are not needed to exclude a part of a state.
+    /// A part of `part` that is excluded too: leaves out values that are not needed for that, with at most [`SMALLER`]
+    /// queries.
     fn smaller(&mut self, mut part: State) -> State {
         let mut at = 0;
         for _ in 0..SMALLER {
@@ -153,7 +157,7 @@ impl<'a> Predecessors<'a> {
         part
     }
 
-    /// A scan that leaves the state and starts in another one.
+    /// Asks for a scan that leaves the state and starts in another one.
     fn predecessor(&mut self, state: &[(usize, bool)]) -> Predecessor {
         let mut assumed = Vec::new();
         for &(bit, value) in state {
@@ -198,7 +202,8 @@ impl<'a> Predecessors<'a> {
         answer
     }
 
-    /// Excludes a part of a state that no scan leaves, and in which no run begins.
+    /// Excludes a part of a state that no scan leaves. If a run may begin with it, a value is added with which none
+    /// does. Returns what was excluded, made smaller.
     fn exclude(&mut self, mut part: State, state: &[(usize, bool)]) -> State {
         if self.may_begin(&part) {
             let differs = |&&(bit, value): &&(usize, bool)| self.bits[bit].initial != value;

@@ -5,7 +5,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use scanbound_base::time::Picos;
 use scanbound_model::{Assignment, Circuit, Group, Lit, Node, ScanModel, VarId};
 
-/// A guard and its weight.
+/// A guard and its weight: the time that charges take if it is true. The search methods decide which items can be true
+/// together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Item {
     /// The guard, a literal of the problem's circuit; never constant.
@@ -16,21 +17,22 @@ pub struct Item {
     pub charges: Vec<usize>,
 }
 
-/// Find an assignment that makes every `hard` literal true and maximises the sum of the weights of true guards. The
-/// group's maximum is this sum plus `constant` minus `deducted`.
+/// The problem of a group: find an assignment that makes every `hard` literal true and maximises the sum of the weights
+/// of true guards. The group's maximum is this sum plus `constant` minus `deducted`, in picoseconds.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
     /// The part of the model's circuit on which the group's guards and constraints depend, over the problem's own
     /// variables; `variables` maps them to the model's.
     pub circuit: Circuit,
-    /// The cost under every assignment, in picoseconds.
+    /// The part of the cost that every assignment has, in picoseconds.
     pub constant: u64,
     /// The cost that is subtracted from the sum, because items of counted units are also true where no unit is
     /// processed.
     pub deducted: u64,
-    /// Distinct guards, none the negation of another, in the order of their first charges.
+    /// Distinct guards, in the order of their first charges. None is the negation of another, except in a problem made
+    /// by [`Problem::with_negations`].
     pub items: Vec<Item>,
-    /// The constraints; never constant true.
+    /// The constraints, literals that are true in every scan; never constant true.
     pub hard: Vec<Lit>,
     /// For each of the problem's variables, ascending: the variable of the model for which it stands.
     pub variables: Vec<VarId>,
@@ -59,7 +61,7 @@ impl Problem {
         Problem::build(model, group, true)
     }
 
-    /// The normal form of a group, in which every guard has an item, even if it is the negation of another guard.
+    /// As [`Problem::new`], but a guard and its negation are both items, with their full weights.
     #[must_use]
     pub fn with_negations(model: &ScanModel, group: &Group) -> Problem {
         Problem::build(model, group, false)
@@ -175,13 +177,13 @@ impl Problem {
         }
     }
 
-    /// The constant plus all weights: the bound before any search.
+    /// The cost if all items were true, in picoseconds: the bound before any search.
     #[must_use]
     pub fn naive(&self) -> u64 {
         self.total(self.items.iter().map(|item| item.weight))
     }
 
-    /// The cost if items with these weights are true.
+    /// The cost if items with these weights are true, in picoseconds; 0 if they weigh less than what is deducted.
     #[must_use]
     pub fn total(&self, weights: impl Iterator<Item = u64>) -> u64 {
         // Under any assignment, the true items weigh at least what is subtracted; an arbitrary subset of them may weigh
@@ -189,7 +191,7 @@ impl Problem {
         weights.fold(self.constant, sum).saturating_sub(self.deducted)
     }
 
-    /// The cost under an assignment of this problem's variables, or `None` if it violates a constraint.
+    /// The cost under an assignment of this problem's variables, in picoseconds; `None` if it violates a constraint.
     #[must_use]
     pub fn cost(&self, assignment: &Assignment) -> Option<u64> {
         let values = self.circuit.evaluate(assignment);

@@ -24,7 +24,8 @@ struct Watch {
 /// Marks the watch of a binary clause, which is not in the arena.
 const BINARY: Place = u32::MAX;
 
-/// A propagator. Literals are integers as in DIMACS files.
+/// Clauses, assumptions, and all literals that unit propagation derives from them (the *trail*). Literals are integers
+/// as in DIMACS files: a variable (from 1) or its negative.
 #[derive(Clone, Default)]
 pub struct Propagator {
     /// For every clause with more than two literals: its length, then its literals.
@@ -161,17 +162,17 @@ impl Propagator {
         self.limits.len()
     }
 
-    /// The trail: the assumptions and all literals that follow from them.
+    /// The assumptions and all literals that follow from them, without those that are true without assumptions.
     pub fn implied(&self) -> &[i32] {
         &self.trail[self.limits.first().copied().unwrap_or(0)..]
     }
 
-    /// The length of the trail.
+    /// The number of literals that are assigned true, with or without assumptions.
     pub fn length(&self) -> usize {
         self.trail.len()
     }
 
-    /// The part of the trail after this length.
+    /// The literals that were assigned true after the trail had this length.
     pub fn since(&self, length: usize) -> &[i32] {
         &self.trail[length..]
     }
@@ -338,7 +339,7 @@ impl Propagator {
         }
     }
 
-    /// Assumptions that together make these literals false.
+    /// Assumptions that together make these false literals false.
     fn ancestors(&mut self, mut open: Vec<i32>) -> Vec<i32> {
         let (mut core, mut marked) = (Vec::new(), Vec::new());
         while let Some(literal) = open.pop() {

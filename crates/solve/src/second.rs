@@ -22,7 +22,8 @@ const EFFORT: u32 = 8_000_000;
 /// The effort limit of Z3's own optimisation, which is used if the query is not answered.
 const MAXIMUM_EFFORT: u32 = 20_000_000;
 
-/// Checks a group's maximum with Z3.
+/// Checks a group's maximum with Z3: that `best` is possible and costs the lower bound, and that no scan costs more
+/// than the upper bound.
 ///
 /// # Errors
 /// If Z3 contradicts the maximum; the text says how.
@@ -49,7 +50,7 @@ pub fn second_opinion(
     })
 }
 
-/// The nodes on which the group's charges and constraints depend; inputs come first.
+/// The circuit nodes on which the group's charges and constraints depend, ascending, so that inputs come first.
 fn cone(model: &ScanModel, group: &Group) -> Vec<usize> {
     let nodes = model.circuit.nodes();
     let charges = group.charges.iter().map(|&charge| &model.charges[charge]);
@@ -67,7 +68,7 @@ fn cone(model: &ScanModel, group: &Group) -> Vec<usize> {
     needed.into_iter().collect()
 }
 
-/// A group as a Z3 problem.
+/// A group as a Z3 problem, in a Z3 expression for each variable and each needed circuit node.
 struct Z3Problem<'a> {
     model: &'a ScanModel,
     group: &'a Group,
@@ -121,7 +122,7 @@ impl<'a> Z3Problem<'a> {
         constraints.map(|&constraint| self.literal(self.model.constraints[constraint]))
     }
 
-    /// The cost of the group.
+    /// The total time of the group's charges in picoseconds, as an expression.
     fn total(&self) -> Int {
         let costs = self.group.charges.iter().map(|&charge| {
             let charge = &self.model.charges[charge];
@@ -172,7 +173,8 @@ impl<'a> Z3Problem<'a> {
         }
     }
 
-    /// Checks that no scan costs a picosecond more than the upper bound.
+    /// Checks that no scan costs a picosecond more than the upper bound; if that takes too long, lets Z3 maximise the
+    /// cost itself.
     fn no_more(&self, maximum: &Maximum, limits: &Limits<'_>) -> Result<Opinion, String> {
         let solver = Solver::new();
         self.constraints().for_each(|constraint| solver.assert(constraint));
@@ -228,7 +230,7 @@ fn above(maximum: &Maximum, cost: Picos) -> String {
     )
 }
 
-/// The effort limit as Z3 parameters.
+/// The effort limit, and the time up to the deadline, as Z3 parameters.
 fn spend(effort: u32, limits: &Limits<'_>) -> Params {
     let mut params = Params::new();
     params.set_u32("rlimit", effort);

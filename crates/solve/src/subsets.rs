@@ -20,25 +20,26 @@ const SMALL: usize = 24;
 /// The largest number of circuit nodes of a small group.
 const NODES: usize = 2_000;
 
-/// The effort after which the search is abandoned for another one. It is counted in queries and the solver's own
-/// measure, not in time, so that every run ends at the same point.
+/// The effort after which the search by subsets is given up for the core-guided one. It is counted in queries and the
+/// solver's own measure, not in time, so that every run ends at the same point.
 #[derive(Debug, Clone, Copy)]
 pub struct EffortLimit {
-    /// The number of queries.
+    /// The largest number of queries.
     pub questions: u64,
     /// The largest effort of each query, in the solver's own measure.
     pub effort: u32,
-    /// The largest number of times that the search reads the clock while it computes a minimum hitting set.
+    /// The largest number of times that the computation of a minimum hitting set asks whether to stop, which it does
+    /// once in 1,024 steps.
     pub looks: u32,
 }
 
-/// The limit for a small group.
+/// The effort limit for a small group.
 pub const BUDGET: EffortLimit = EffortLimit { questions: 300, effort: 200_000, looks: 4 };
 
-/// How a search ended.
+/// How the search by subsets ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SearchEnd {
-    /// The bounds have met, or the limits were reached.
+    /// The bounds have met, no scan satisfies the constraints, or the user's limits were reached.
     Done,
     /// The effort limit was reached.
     OutOfBudget,
@@ -53,8 +54,8 @@ pub fn is_small(problem: &Problem) -> bool {
 /// repeated with twice as much.
 const EFFORT: u32 = 2_000_000;
 
-/// Searches, within `with_solver`, until the bounds meet, the limits are reached, or the effort limit, if any, is
-/// reached.
+/// Searches by subsets until the bounds meet, the limits are reached, or `budget`, if any, is used up. To be called
+/// within [`with_solver`].
 pub fn search(
     problem: &Problem,
     bounds: &mut Bounds<'_>,
@@ -74,7 +75,7 @@ pub fn search(
     ended.err().map_or(SearchEnd::Done, |SearchStopped(end)| end)
 }
 
-/// The limits or the effort limit ended the search.
+/// The error that the limits or the effort limit ended the search.
 struct SearchStopped(SearchEnd);
 
 /// The paper's order: all items, then all subsets with one item less, and so on. The subsets of an unsatisfiable set
@@ -105,7 +106,8 @@ fn plain(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> 
     Ok(())
 }
 
-/// Removes a minimum-weight hitting set of all conflicts found so far, until the remaining items can be true together.
+/// Leaves out the cheapest items of which every conflict found so far contains one, and looks for conflicts among the
+/// others, until these can be true together.
 fn by_cores(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
     let weights: Vec<u64> = subset_search.problem.items.iter().map(|item| item.weight).collect();
     let mut cores: Vec<Vec<usize>> = Vec::new();
@@ -141,7 +143,7 @@ fn by_cores(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStoppe
     Ok(())
 }
 
-/// The solver with the problem's clauses, and the last answer.
+/// The state of a search by subsets: the solver with the problem's clauses, and its answers so far.
 struct SubsetSearch<'a, 'b> {
     problem: &'a Problem,
     clauses: &'a Clauses,
@@ -173,12 +175,12 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         }
     }
 
-    /// The cost of these items and the constant.
+    /// The cost if these items are true, in picoseconds.
     fn total(&self, items: &[usize]) -> u64 {
         self.problem.total(items.iter().map(|&item| self.problem.items[item].weight))
     }
 
-    /// Whether these items can be true together. If so, records the scan.
+    /// Whether these items can be true together, from an earlier answer or the solver. If so, the scan is recorded.
     fn ask(&mut self, items: &[usize]) -> Result<bool, SearchStopped> {
         if let Some(&answer) = self.answers.get(items) {
             return Ok(answer);
@@ -195,7 +197,8 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         Ok(answer)
     }
 
-    /// A minimal subset of these items that cannot be true together. All items together cannot be true.
+    /// A minimal subset of these items, which cannot all be true, that cannot be true together. Empty if the
+    /// constraints are contradictory.
     fn core(&mut self, items: &[usize]) -> Result<Vec<usize>, SearchStopped> {
         let mut core = items.to_vec();
         if self.refuted.as_deref() == Some(items) || !self.check(items)? {
@@ -216,7 +219,7 @@ impl<'a, 'b> SubsetSearch<'a, 'b> {
         Ok(core)
     }
 
-    /// Keeps only the refuted items that are in the solver's core.
+    /// Keeps only the items that are in the core of the solver's last answer, which must be negative.
     fn keep_named(&self, items: &mut Vec<usize>) {
         let guard = |item: usize| self.clauses.items[item];
         let asked: Vec<i32> = items.iter().map(|&item| guard(item)).collect();

@@ -3,7 +3,7 @@
 use super::formula::{Formula, Renumbering};
 
 /// A balanced tree of unary sums. Output `k` (from 1) is true if at least `k` inputs are true. The converse is not
-/// encoded.
+/// encoded: an output may be true with fewer true inputs.
 pub struct Totalizer {
     nodes: Vec<Sum>,
     position: usize,
@@ -79,7 +79,7 @@ impl Totalizer {
         }
     }
 
-    /// Gives the totalizer's outputs their new numbers.
+    /// Gives the variables of inputs and outputs their new numbers.
     pub fn renumber(&mut self, renumber: &Renumbering) {
         for output in self.nodes.iter_mut().flat_map(|node| &mut node.outputs) {
             *output = renumber.of(*output);

@@ -7,10 +7,11 @@ use super::{Group, Limits};
 use scanbound_model::{Lit, ScanModel};
 use std::collections::BTreeSet;
 
-/// The largest number of decisions of one query.
+/// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
 
-/// The charges of a group that are proved unreachable. The others may be reachable or not.
+/// The charges of a group (indices into [`ScanModel::charges`]) that are proved unreachable. The others may be
+/// reachable or not: a query may take too long, or the limits may end the search.
 #[must_use]
 pub fn unreachable_charges(
     model: &ScanModel,

@@ -3,7 +3,7 @@
 use super::*;
 use crate::memory;
 
-/// The timing classes of application instructions.
+/// The timing classes that catalog rows may have.
 const CLASSES: [&str; 28] = [
     "compare",
     "compare-double",
@@ -281,7 +281,7 @@ fn its_own_words_are_checked() {
     }
 }
 
-/// What the decoder itself knows: contacts, the stack, coils, jumps, calls and loops.
+/// Whether the decoder knows the mnemonic without the catalog: contacts, the stack, coils, jumps, calls and loops.
 fn is_of_the_decoder(mnemonic: &str) -> bool {
     const NAMES: [&str; 46] = [
         "LD", "LDI", "AND", "ANI", "OR", "ORI", "LDP", "LDF", "ANDP", "ANDF", "ORP", "ORF", "LDPI",

@@ -15,7 +15,8 @@ pub enum BitPlace {
     One(BitTarget),
     /// One bit of this region, but it is unknown which one.
     Somewhere(Region),
-    /// A bit outside the program's memory, such as one of a module.
+    /// A bit outside the program's memory, such as one of a module, or one that only the CPU changes. The write has no
+    /// effect.
     Nowhere,
 }
 
@@ -26,7 +27,8 @@ pub enum WordPlace {
     All(Vec<WordTarget>),
     /// Words of this region, but it is unknown which ones.
     Somewhere(Region),
-    /// Words outside the program's memory, such as those of a module.
+    /// Words outside the program's memory, such as those of a module, or words that only the CPU changes. The write has
+    /// no effect.
     Nowhere,
 }
 
@@ -34,22 +36,23 @@ pub enum WordPlace {
 pub(super) const REST: u32 = u32::MAX / 2;
 
 impl Lowering<'_> {
-    /// A new choice (nondeterministic value).
+    /// A new choice: a value that the program does not determine and that may be any.
     pub fn choice(&mut self) -> ChoiceId {
         self.out.choice()
     }
 
-    /// A bit that may have any value.
+    /// A bit that may have any value: a new choice.
     pub fn free_bit(&mut self) -> Logic {
         self.out.free_bit()
     }
 
-    /// A word that may have any value.
+    /// A word that may have any value: a new choice.
     pub fn free_word(&mut self) -> WordSource {
         self.out.free_word()
     }
 
-    /// Parses an operand; reports an error if it is invalid.
+    /// Parses an operand; reports an error and returns `None` if it is invalid. Also records the first instruction with
+    /// a link access (`J1\W5`), and the names of function registers.
     pub fn operand(&mut self, text: &str) -> Option<Operand> {
         match self.parsed(text) {
             Ok(operand) => {
@@ -69,7 +72,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Names the cells of a function register (FD), which has several words.
+    /// Names the cells of a function register (FD), which has several words, for reports.
     fn name_words(&mut self, operand: &Operand) {
         let Operand::Device(device) = operand else { return };
         if let (
@@ -86,7 +89,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// Parses a device operand; reports an error if it is not a device.
+    /// Parses a device operand; reports an error and returns `None` if it is not a device.
     pub fn device(&mut self, text: &str) -> Option<Device> {
         match self.operand(text)? {
             Operand::Device(device) => Some(device),
@@ -114,13 +117,14 @@ impl Lowering<'_> {
         None
     }
 
-    /// Whether `R` may be any `ZR`, because the program switches the file register block.
+    /// Whether a device with these letters may be any `ZR`: it is an `R`, and the program switches the file register
+    /// block.
     pub(super) fn is_switched(&self, name: &str) -> bool {
         name == "R" && self.modes.switches_file_register
     }
 
-    /// The value of a bit operand when it is read; reports an error if it is invalid. Of timers and counters it is the
-    /// contact.
+    /// The value of a bit operand when it is read; of timers and counters it is the contact. Reports an error and
+    /// returns `None` if the operand is not a bit.
     pub fn read_bit(&mut self, text: &str) -> Option<Logic> {
         let device = self.device(text)?;
         Some(match device.place {
@@ -189,8 +193,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The place that a bit operand writes; reports an error if the operand is invalid. For timers and counters it is
-    /// the contact.
+    /// The place that a bit operand writes; for timers and counters it is the contact. Reports an error and returns
+    /// `None` if the operand is not a bit.
     pub fn bit_place(&mut self, text: &str) -> Option<BitPlace> {
         let device = self.device(text)?;
         let somewhere = |emitter: &mut Self, area, letters: &str| {
@@ -226,7 +230,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// The words of a numeric operand, the lowest first; reports an error if the operand is invalid.
+    /// The words of a numeric operand (device, digit designation or constant), the lowest first. Reports an error and
+    /// returns `None` if the operand is invalid or too large for `words` words.
     pub fn read_words(&mut self, text: &str, words: usize) -> Option<Vec<WordSource>> {
         let operand = self.operand(text)?;
         let device = match operand {
@@ -295,8 +300,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// Whether the current value has two words, as in 32-bit counters of the FX and long timers and counters of iQ-R.
-    /// These are not modelled.
+    /// Whether the present value of a timer or counter has two words, as in 32-bit counters of the FX and long timers
+    /// and counters. These values are not modelled.
     fn is_long(&self, device: &Device) -> bool {
         match device.place {
             Place::At(_, _) if matches!(device.name, "LT" | "LST" | "LC") => true,
@@ -392,7 +397,7 @@ impl Lowering<'_> {
         Some((0..words).map(|n| WordSource::Const((value >> (16 * n.min(3))) as u16)).collect())
     }
 
-    /// The value of a constant operand.
+    /// The value of an integer constant. `None` for other operands.
     pub fn constant(&self, text: &str) -> Option<i64> {
         match self.parsed(text) {
             Ok(Operand::Constant(value)) => Some(value),
@@ -400,8 +405,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The place that a number of `words` words, the lowest first, is written to; reports an error if the operand is
-    /// invalid.
+    /// The place that a number of `words` words, the lowest first, is written to. Reports an error and returns `None`
+    /// if the operand is not a word or has more digits than the number.
     pub fn word_place(&mut self, text: &str, words: usize) -> Option<WordPlace> {
         let device = self.device(text)?;
         if !self.digits_fit(text, &device, words) {
@@ -483,8 +488,8 @@ impl Lowering<'_> {
         ));
     }
 
-    /// The regions that `count` cells from an operand on may occupy; `None` means up to the end of the area. Empty for
-    /// constants and for memory of modules.
+    /// The regions that `count` cells from an operand on may occupy; a count of `None` means up to the end of the area.
+    /// Empty for constants, for memory of modules, and for devices without cells. `None` after an error in the operand.
     pub fn regions(&mut self, text: &str, count: Option<u32>) -> Option<Vec<Region>> {
         let Operand::Device(device) = self.operand(text)? else { return Some(Vec::new()) };
         if is_index_register(&device, count.unwrap_or(REST), self.family) {
@@ -540,14 +545,14 @@ impl Lowering<'_> {
         })
     }
 
-    /// The value of a numeric operand.
+    /// The value of a numeric operand of `words` words. Reports an error and returns `None` if the operand is invalid.
     pub fn number(&mut self, text: &str, words: usize) -> Option<Number> {
         self.read_words(text, words).map(Number::Words)
     }
 }
 
-/// Whether a block of special registers contains index registers of the FX: D8028 is Z0, D8029 is V0, and from D8182 on
-/// follow Z1, V1 and so on.
+/// Whether a block of `words` special registers from this device on may contain index registers of the FX: D8028 is Z0,
+/// D8029 is V0, and from D8182 on follow Z1, V1 and so on.
 fn is_index_register(device: &Device, words: u32, family: Family) -> bool {
     family == Family::Fx
         && device.name == "D"

@@ -1,5 +1,5 @@
-//! For the price of an instruction: the types of its operands, and the cells and word bits that it accesses. This is
-//! known even if the instruction's effects are only "any value".
+//! What the time of an instruction depends on besides its name: the types of its operands, and the cells and word bits
+//! that it accesses. This is known even if the instruction's effects are only "any value".
 
 use super::access::REST;
 use super::state::Lowering;
@@ -11,12 +11,12 @@ use crate::resolve::Category;
 use crate::source::RawInstruction;
 use scanbound_ir::{AccessedDevices, AreaId, Cell, Region, TimingKey};
 
-/// The largest number of word bits that an operand is charged for, if its length is unknown.
+/// The largest number of bits of words that is charged for one operand, if its length is unknown.
 const MAX_WORD_BITS: u32 = 65_536;
 /// The number of words that hold an indirect address.
 const ADDRESS_WORDS: u32 = 2;
 
-/// A device operand and how it is accessed.
+/// A device operand of an instruction, and how the instruction accesses it.
 struct AccessedDevice {
     device: Device,
     extent: Extent,
@@ -25,7 +25,8 @@ struct AccessedDevice {
 }
 
 impl Lowering<'_> {
-    /// Adds to an instruction's timing key its names with operand types, and the devices that it accesses.
+    /// Adds to the timing key of the current instruction the names of the table rows for its operand types
+    /// (`MOV:module`, tried before `MOV`), and the devices that it accesses.
     pub(super) fn with_operands(&self, mut key: TimingKey) -> TimingKey {
         let Some(raw) = self.current.raw else { return key };
         let devices = self.devices();
@@ -52,7 +53,7 @@ impl Lowering<'_> {
         key
     }
 
-    /// The devices that the operands of the current instruction name.
+    /// The devices that the operands of the current instruction name, except operands that are only addresses.
     fn devices(&self) -> Vec<AccessedDevice> {
         let item = &self.resolved.items[self.current.item];
         let compared = match &item.category {
@@ -86,8 +87,8 @@ impl Lowering<'_> {
             .collect()
     }
 
-    /// The number of units of an extent, and whether they are words. If unknown it is `REST`, and the price then uses
-    /// the instruction's own units.
+    /// The number of units of an extent, and whether they are words. If the number is unknown it is [`REST`]; the time
+    /// then depends on the instruction's own units.
     fn units_of(&self, raw: &RawInstruction, extent: Extent) -> (u32, bool) {
         let counted = |operand: usize| {
             let count = raw.operands.get(operand).and_then(|text| self.constant(text));
@@ -107,7 +108,8 @@ impl Lowering<'_> {
     }
 }
 
-/// The operand types that have table rows of their own, in the order in which these rows are tried.
+/// The types among the operands that have table rows of their own (`module`, `indexed`, `digits`), in the order in
+/// which these rows are tried.
 fn kinds(devices: &[AccessedDevice]) -> Vec<&'static str> {
     let all = devices.iter().map(|named| named.device.modifiers);
     let all = all.fold(Modifiers::default(), Modifiers::or);
@@ -115,7 +117,8 @@ fn kinds(devices: &[AccessedDevice]) -> Vec<&'static str> {
     kinds.into_iter().filter(|(_, has)| *has).map(|(kind, _)| kind).collect()
 }
 
-/// Adds the access to a device operand with this many units. Timers and counters have no table rows by area.
+/// Adds the access to a device operand with this many units (words if `is_words`). Timers and counters are left out,
+/// because they have no table rows by area.
 fn touch(touched: &mut AccessedDevices, device: &Device, (units, is_words): (u32, bool)) {
     if device.modifiers.word_bit {
         touched.word_bits += u64::from(units.min(MAX_WORD_BITS));

@@ -1,5 +1,8 @@
 //! Lowers application instructions by their catalog row, exactly or with any value as the result, and user
 //! instructions.
+//!
+//! Methods that return `Option<Option<_>>` give `None` after an error that they have reported, and `Some(None)` where
+//! the effects are not modelled exactly; the caller then lets everything that the instruction writes have any value.
 
 use super::access::{BitPlace, WordPlace};
 use super::state::{Lowering, timing};
@@ -106,7 +109,8 @@ impl Lowering<'_> {
         self.havoc_on_overflow();
     }
 
-    /// Checks that every source operand can be read and every destination is a device.
+    /// Whether every source operand can be read and every destination is a device; reports an error if not. Addresses
+    /// are not checked.
     fn sources_are_read(&mut self, raw: &RawInstruction, entry: &Entry) -> bool {
         let mut fine = true;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
@@ -124,7 +128,8 @@ impl Lowering<'_> {
         fine
     }
 
-    /// The effects of the instruction, exact if possible.
+    /// The effects of the instruction, exact if possible; otherwise everything that it writes may have any value.
+    /// `None` after an error that was reported.
     fn operation(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Vec<Effect>> {
         let exact = match entry.meaning {
             InstructionEffect::Nothing | InstructionEffect::Free => return Some(Vec::new()),
@@ -172,7 +177,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// The effects of writing a number to its destination when the instruction fires; a havoc if the cells are unknown.
+    /// The effects of writing a number of `words` words to an operand when the instruction fires. If the cells are
+    /// unknown, the whole region may have any value. `None` after an error that was reported.
     pub(super) fn write_number(
         &mut self,
         text: &str,
@@ -244,8 +250,8 @@ impl Lowering<'_> {
         Some(Some(self.write_number(&raw.operands[last], words, number)?))
     }
 
-    /// The number of words of an operand; `None` if unknown or too large. Blocks of digit designations are not
-    /// supported.
+    /// The number of words of an operand. `None` if it is unknown, too large to be modelled, or counts words of digit
+    /// designations, which is not supported.
     fn block_words(&mut self, raw: &RawInstruction, extent: Extent) -> Option<usize> {
         let (unit, count) = match extent {
             Extent::Words(Amount::Fixed(words)) => return Some(words as usize),
@@ -288,7 +294,8 @@ impl Lowering<'_> {
         Some(Some(self.write_number(&raw.operands[1], words, Number::Words(sources))?))
     }
 
-    /// The effects of a move whose direction or type depends on a special relay: both operands get any value.
+    /// The effects of a move whose direction or type depends on a special relay (M8024, M8160): both operands get any
+    /// value.
     fn havoc_both(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
         let what = "any values are assumed for its operands";
         self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
@@ -387,7 +394,7 @@ impl Lowering<'_> {
         ]))
     }
 
-    /// Havocs each written operand over its whole extent.
+    /// The effects that let each written operand have any value over its whole extent. For an axis this is every Y.
     fn havoc_all(&mut self, raw: &RawInstruction, entry: &Entry, when: When) -> Vec<Effect> {
         let mut effects = Vec::new();
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
@@ -424,7 +431,8 @@ impl Lowering<'_> {
         )
     }
 
-    /// The regions that an operand covers.
+    /// The regions that an operand covers, up to the end of its area if its length is unknown. Empty for constants, for
+    /// devices without cells, and after an error.
     fn reach(
         &mut self,
         raw: &RawInstruction,
@@ -464,7 +472,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Writes of zero to `count` devices; `None` if there are too many to model.
+/// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or if
+/// devices of this form are not modelled.
 fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
     let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
     let bit =

@@ -1,5 +1,8 @@
 //! Block instructions: shifts by one place, element-wise arithmetic, comparisons with three result bits. They are exact
 //! if the cells are known.
+//!
+//! Methods that return `Option<Option<_>>` give `None` after an error that they have reported, and `Some(None)` where
+//! the effects are not modelled exactly; the caller then lets everything that the instruction writes have any value.
 
 use super::access::{BitPlace, WordPlace};
 use super::state::Lowering;
@@ -20,8 +23,8 @@ const MAX_PLACES: i64 = 512;
 const LONGEST_CONSTANT: usize = 32;
 
 impl Lowering<'_> {
-    /// The effects of an instruction that shifts a block of bits or words by one place, up or down. Zero comes in at
-    /// the end.
+    /// The effects of an instruction that shifts a block of bits or words by one place, to higher (`up`) or lower
+    /// device numbers. The device at the free end becomes zero.
     pub(super) fn slide(
         &mut self,
         raw: &RawInstruction,
@@ -60,8 +63,8 @@ impl Lowering<'_> {
         Some(Some(vec![fired(Write::Words(targets, Number::Words(words)))]))
     }
 
-    /// The effects of an instruction that computes each element of a block from two elements at the same position, or
-    /// from a constant.
+    /// The effects of an instruction that computes each element of a block from the elements at the same position in
+    /// two blocks; either may be a constant instead.
     pub(super) fn pairwise(
         &mut self,
         raw: &RawInstruction,
@@ -145,8 +148,8 @@ impl Lowering<'_> {
         Some(Some(parts.map(write).collect()))
     }
 
-    /// Stores a constant text, two characters a word, the first in the low byte. If a word holds only the closing NUL,
-    /// its high byte is unknown.
+    /// The effects of storing a constant text, two characters a word, the first in the low byte. If a word holds only
+    /// the closing NUL, its high byte is unknown.
     pub(super) fn constant_text(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
         let text = match self.parsed(&raw.operands[0]) {
             Ok(Operand::Text(text)) if text.is_ascii() && text.len() <= LONGEST_CONSTANT => text,
@@ -179,7 +182,8 @@ impl Lowering<'_> {
         Some(Some(effects))
     }
 
-    /// The effects of an instruction that sets one of three bits: the first number is larger, equal, or smaller.
+    /// The effects of an instruction that writes three consecutive bits: whether the first number is larger than the
+    /// second, equal, or smaller.
     pub(super) fn compare_to_bits(
         &mut self,
         raw: &RawInstruction,
@@ -244,7 +248,8 @@ fn overlaps(source: &WordSource, bits: Cell) -> bool {
     }
 }
 
-/// Single moves of bits, in an order in which none is overwritten before it is read.
+/// The effects that shift `count` bits by one place, bit by bit, in an order in which none is overwritten before it is
+/// read.
 fn slid_bits(first: Cell, count: u32, up: bool) -> Vec<Effect> {
     let set = |n, value| fired(Write::Bit(BitTarget::Cell(first.plus(n)), value));
     let bit = |n| Logic::Bit(BitSource::Cell(first.plus(n)));

@@ -16,12 +16,12 @@ use scanbound_ir::{
 };
 
 impl Lowering<'_> {
-    /// A bit that something outside the program determines.
+    /// A new bit, with any value at each read, that something outside the program determines.
     pub(super) fn external_bit(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.out.external_choice()))
     }
 
-    /// A word that something outside the program determines.
+    /// A new word, with any value at each read, that something outside the program determines.
     pub(super) fn external_word(&mut self) -> WordSource {
         WordSource::Free(self.out.external_choice())
     }
@@ -38,7 +38,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// A new choice whose value the operation computes.
+    /// A new choice whose value the operation computes. If the CPU stops at operation errors, the error of invalid
+    /// inputs is noted for the current instruction.
     pub(super) fn define(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
@@ -48,8 +49,8 @@ impl Lowering<'_> {
         choice
     }
 
-    /// The contact and the present value of a timer whose coil is on, from its present value before. The elapsed time
-    /// is external.
+    /// Two new choices for a timer whose coil is on: whether its time has passed, and its present value. The elapsed
+    /// time is external; `unit` is the time of one count. `ran` is `None` for a retentive timer.
     pub(super) fn elapsed(
         &mut self,
         (ran, contact, value): (Option<Cell>, Cell, Cell),
@@ -82,7 +83,8 @@ impl Lowering<'_> {
         (over, now)
     }
 
-    /// The contact and the present value of a counter, from its contact, coil and present value before.
+    /// Two new choices for a counter whose coil is on: whether its count has reached the set value, and its present
+    /// value. Both are computed from contact, coil and present value before.
     pub(super) fn counted(
         &mut self,
         [contact, coil, value]: [Cell; 3],
@@ -105,7 +107,8 @@ impl Lowering<'_> {
         (self.define(through), now)
     }
 
-    /// The address of an indexed device, shifted by `offset` cells; `None` if the cells that it may be are unknown.
+    /// The address of an indexed device, shifted by `offset` cells. `None` if it is not certain which cells it may be:
+    /// the size of the area, or the meaning of the index, depends on the CPU or its parameters.
     pub(super) fn indexed(&self, device: &Device, offset: u32) -> Option<Address> {
         let Index { number, letters, register, .. } = device.index?;
         let cells = match device.place {
@@ -140,7 +143,8 @@ impl Lowering<'_> {
         Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
     }
 
-    /// The words of an indexed device. Their addresses are computed where they are read.
+    /// The words of an indexed device, whose addresses are computed where they are read. `None` if the address cannot
+    /// be computed.
     pub(super) fn indexed_words(
         &mut self,
         device: &Device,
@@ -173,7 +177,8 @@ impl Lowering<'_> {
         Some(found)
     }
 
-    /// A bit of an indexed device. Its address is computed where it is read.
+    /// A bit of an indexed device, whose address is computed where it is read. `None` if the address cannot be
+    /// computed.
     pub(super) fn indexed_bit(&mut self, device: &Device) -> Option<Logic> {
         let address = self.indexed(device, 0)?;
         let shape = match device.index?.bit {
@@ -218,7 +223,9 @@ impl Lowering<'_> {
         }
     }
 
-    /// Records the possible cells of a write to an indexed device, or of a write whose length is in a word.
+    /// Records the possible cells of a write to an indexed word device, or of a write whose length is in a word, so
+    /// that later analysis can limit the havoc of the area to them. Does nothing if two writes of the instruction could
+    /// be confused.
     pub(super) fn note_indexed(&mut self, raw: &RawInstruction, entry: &Entry, effects: &[Effect]) {
         let written = raw.operands.iter().zip(&entry.operands).filter(|(_, operand)| {
             !matches!(operand.role, Role::Source | Role::Number | Role::Address)
@@ -288,7 +295,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The possible cells of a write to an indexed word device, if the meaning of its index register is known.
+    /// The possible cells of a write to an indexed word device. `None` if the meaning of its index register is unknown.
     fn indexed_cells(&self, device: &Device, area: AreaId, length: Length) -> Option<IndexedWrite> {
         let Index { number, letters, register, .. } = device.index?;
         // On the FX, the index of a double word has 32 bits. R depends on the file register block.
@@ -320,7 +327,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// The value of a clock relay: something outside the program switches it, but not twice in a scan.
+    /// The value of a clock relay, which something outside the program switches, but not twice in a scan. `None` for
+    /// other devices.
     pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
         let Place::At(DeviceType::VolatileBit, index) = device.place else { return None };
         let is_clock = match device.name {
@@ -334,7 +342,8 @@ impl Lowering<'_> {
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
-    /// Whether an instruction reads from a module words that the program may have written to it before.
+    /// Whether an instruction (FROM and similar) reads a constant number of words from a module to a plain word device.
+    /// The words may be values that the program wrote to the module before.
     fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
         let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
         let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
@@ -349,7 +358,8 @@ impl Lowering<'_> {
         is_read && is_word && self.constant(count).is_some()
     }
 
-    /// Adds the exact meaning of an instruction to those of its effects that write any value, if it has one.
+    /// Gives those effects of an instruction that write any value when it fires its exact meaning, if it has one. Words
+    /// read from a module are marked as external.
     pub(super) fn set_exact_meaning(
         &mut self,
         raw: &RawInstruction,
@@ -376,7 +386,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The target for the result of an operation that has this many words.
+    /// The target for the result of an operation that has this many words. `None` if the cells are unknown or an error
+    /// was reported.
     pub(super) fn target(&mut self, text: &str, words: usize) -> Option<Target> {
         let device = self.device(text)?;
         if let Place::Indexed(DeviceType::Word(_), false) = device.place {
@@ -392,7 +403,7 @@ impl Lowering<'_> {
 
 impl Lowering<'_> {
     /// The number of devices that an area surely has: every CPU of the family has them, or the program names the last
-    /// one.
+    /// one. `None` if nothing is known.
     pub(super) fn points(&self, cells: AreaId, letters: &str) -> Option<u32> {
         let named = match (letters, self.is_switched(letters)) {
             ("D" | "W", _) | (_, true) => None,
@@ -402,7 +413,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The number of devices of an area that every CPU of the family has.
+/// The number of devices of an area that every CPU of the family has, if written with these letters. `None` if unknown.
 fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
     if family == Family::Fx || family == Family::Fx5 {
         return match letters {

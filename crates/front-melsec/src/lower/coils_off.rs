@@ -48,7 +48,7 @@ impl Lowering<'_> {
     }
 }
 
-/// Changes an instruction so that `choice` decides whether it acts.
+/// Changes an instruction so that it acts only if `choice` is true.
 fn make_optional(instruction: &mut Instruction, choice: ChoiceId) {
     let may = Logic::Bit(BitSource::Free(choice));
     match &mut instruction.step {

@@ -71,8 +71,9 @@ impl Lowering<'_> {
         Some(self.free_bit())
     }
 
-    /// A string equals a constant if its words equal the constant's: two characters a word, the first in the low byte,
-    /// and a zero byte at the end.
+    /// The comparison of a string with a constant. They are equal if their words are equal: two characters a word, the
+    /// first in the low byte, and a zero byte at the end. Other comparisons of strings are not computed and may be true
+    /// or false.
     fn compared_text(
         &mut self,
         raw: &RawInstruction,

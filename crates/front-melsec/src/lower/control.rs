@@ -13,14 +13,14 @@ use scanbound_ir::{
     AreaId, ChoiceKind, Effect, Logic, Number, Region, Step, TimingKey, Units, WordSource, Write,
 };
 
-/// The largest number of iterations of a FOR loop.
+/// The largest number of iterations of a FOR loop that a CPU accepts.
 pub(super) const MAX_ITERATIONS: u32 = 32_767;
 
 /// The areas of the function devices, which hold a call's arguments and results.
 const FUNCTION_AREAS: [AreaId; 3] = [area("FD"), area("FX"), area("FY")];
 
 impl Lowering<'_> {
-    /// Lowers one control instruction.
+    /// Lowers one control instruction, if no error in it was reported.
     pub(super) fn control(&mut self, item: &Item<'_>, control: Control) {
         let (mnemonic, raw) = (&*item.name, item.raw);
         match control {
@@ -53,13 +53,13 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lowers a control instruction that has no effects besides its step.
+    /// Lowers a control instruction that has no effects besides its step. Jumps and loops may lead to it.
     fn plain(&mut self, mnemonic: &str, class: &'static str, step: Step) {
         let at = self.add(Some(key(mnemonic, class)), Vec::new(), step);
         self.targets.define_target(self.current.item, at);
     }
 
-    /// Lowers the label at which a routine or interrupt program begins.
+    /// Lowers a label, or the start of an interrupt program. It has a time only if the timing table gives one.
     fn label(&mut self, mnemonic: &str, part: &Part) {
         let timing = TimingKey {
             names: vec![mnemonic[..1].to_owned()],
@@ -130,7 +130,8 @@ impl Lowering<'_> {
         self.havoc_passed(&passed);
     }
 
-    /// Lowers a call that may run its routine with all coils off.
+    /// Lowers a call that may run its routine with all coils off, and an instruction after it that lets every device
+    /// have any value. Returns the index of the call.
     fn call_with_coils_off(
         &mut self,
         mnemonic: &str,
@@ -149,7 +150,8 @@ impl Lowering<'_> {
         at
     }
 
-    /// Havocs everything that a routine may pass back to its caller.
+    /// Adds an instruction, without a time, that lets everything that a routine may pass back to its caller have any
+    /// value: the operands of the call, and the function devices.
     fn havoc_passed(&mut self, passed: &[String]) {
         let mut effects = Vec::new();
         for text in passed {

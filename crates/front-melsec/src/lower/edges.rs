@@ -16,7 +16,8 @@ use std::ops::{Range, RangeInclusive};
 const SINGLE: RangeInclusive<u32> = 2800..=3071;
 
 impl Lowering<'_> {
-    /// A new hidden bit for the instruction that will be added next, which acts on an edge.
+    /// A new hidden bit for the instruction that will be added next, which acts on an edge. `is_contact`: it is a pulse
+    /// contact.
     pub(super) fn edge_memory(&mut self, is_contact: bool) -> Cell {
         let memory = self.memory();
         if matches!(self.family, Family::Fx | Family::Fx5) {
@@ -29,7 +30,8 @@ impl Lowering<'_> {
         memory
     }
 
-    /// Records the pulse contact that will be added next, if only one contact can detect the edge of its relay.
+    /// Records the pulse contact that will be added next, if its device `value` is a relay of which only one contact
+    /// can detect the edge (FX, M2800 to M3071).
     pub(super) fn note_single(&mut self, value: &Logic) {
         if let (Logic::Bit(scanbound_ir::BitSource::Cell(cell)), Family::Fx) = (value, self.family)
             && cell.area == const { area("M") }
@@ -40,8 +42,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// After each coil of such a relay, only one pulse contact detects the edge. Contacts that may run several times in
-    /// a scan are not restricted.
+    /// For each relay that [`Lowering::note_single`] recorded: lets at most one of the pulse contacts between two coils
+    /// detect the edge. Contacts that may run several times in a scan are not restricted.
     pub(super) fn limit_edges_to_one_contact(&mut self) {
         if self.edges.single.is_empty() {
             return;
@@ -63,8 +65,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Restricts these contacts with a hidden bit that records that the edge was detected. It is cleared at the start
-    /// of the scan and at each coil.
+    /// Restricts these contacts, which follow the same coil of `relay`, with a hidden bit that records that the edge
+    /// was detected. It is cleared at the start of the scan and at each coil.
     fn limit_to_one_contact(&mut self, relay: Cell, coils: &[usize], contacts: &[usize]) {
         let seen = self.memory();
         let name = format!("edge of {} was detected", self.out.program.cell_name(relay));
@@ -92,8 +94,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Lets the hidden bits of the FX and FX5 have any value where an instruction may run several times in a scan, or a
-    /// pulse contact may see several values of its device.
+    /// Lets the hidden bits of the FX and FX5 have any value where an instruction may run several times in a scan, or
+    /// where a pulse contact may see several values of its device or may not be executed in every scan.
     pub(super) fn widen_edges(&mut self) {
         if self.edges.at.is_empty() {
             return;
@@ -134,10 +136,12 @@ impl Lowering<'_> {
 /// another value (docs/melsec.md).
 struct SteadyDevices<'p> {
     program: &'p Program,
+    /// For each instruction: whether it may run several times in a scan.
     again: &'p [bool],
-    /// What the instructions write.
+    /// Each instruction with each region that it writes.
     written: Vec<(usize, Region)>,
-    /// The first instruction of the main routines after which control may skip instructions.
+    /// The first instruction in the main programs that may make control skip later ones (a jump, stop or return); the
+    /// number of all instructions if there is none.
     straight_until: usize,
 }
 
@@ -158,7 +162,8 @@ impl<'p> SteadyDevices<'p> {
         SteadyDevices { program, again, written: written.collect(), straight_until }
     }
 
-    /// Whether the contact is executed in every scan, and its device is written before it at one place at most.
+    /// Whether the contact at this instruction is executed in every scan and sees one value of its device there: at
+    /// most one instruction writes the device, before the contact and once in a scan.
     fn sees_once(&self, at: usize, memory: Cell) -> bool {
         let program = self.program;
         let main = program.mains.iter().find(|main| main.contains(&at));
@@ -196,8 +201,8 @@ impl<'p> SteadyDevices<'p> {
     }
 }
 
-/// Which instructions may run several times in a scan: those in loops, in interrupt programs, and in routines that are
-/// called at two places or from such code.
+/// For each instruction: whether it may run several times in a scan. These are the instructions in loops, in interrupt
+/// programs, and in routines that are called at two places or from such code.
 fn repeated_instructions(program: &Program) -> Vec<bool> {
     let mut again = vec![false; program.instructions.len()];
     for (begin, end) in flow::loops(program) {

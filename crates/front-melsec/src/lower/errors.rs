@@ -13,7 +13,7 @@ use scanbound_ir::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The maximum nesting depth of FOR and CALL.
+/// The maximum nesting depth of FOR loops, and of calls, at which a CPU does not stop.
 const DEEPEST: usize = 16;
 /// The same on MELSEC-F, which does not start a program with more levels.
 const DEEPEST_FX: usize = 5;
@@ -25,12 +25,12 @@ const LARGEST_WORD: i64 = 0x46FF_FFFF;
 const LARGEST_DOUBLE: i64 = 0x4EFF_FFFF;
 
 impl Lowering<'_> {
-    /// Whether the CPU stops at an operation error.
+    /// Whether the CPU stops at an operation error: as the facts state, otherwise on all families but the FX.
     pub(super) fn stops_on_error(&self) -> bool {
         self.options.facts.stops_on_error.unwrap_or(self.family != Family::Fx)
     }
 
-    /// Records a condition under which the current instruction causes an operation error.
+    /// Records a condition under which the current instruction causes an operation error; `None` records nothing.
     pub(super) fn note_error(&mut self, error: Option<Logic>) {
         if let Some(error) = error
             && !self.current.errors.contains(&error)
@@ -40,7 +40,7 @@ impl Lowering<'_> {
     }
 
     /// Records the conditions under which a catalog instruction causes an operation error that its exact meaning does
-    /// not report.
+    /// not report. Does nothing if the CPU continues after errors.
     pub(super) fn note_errors(&mut self, raw: &RawInstruction, entry: &Entry) {
         if !self.stops_on_error() {
             return;
@@ -56,7 +56,8 @@ impl Lowering<'_> {
         self.current.quiet = false;
     }
 
-    /// The condition under which an operand has a value that the instruction refuses.
+    /// The condition under which an operand has a value that the instruction refuses. `None` if it refuses none, or if
+    /// this is not modelled.
     fn operand_error(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Logic> {
         let texts: Vec<&str> = raw.operands.iter().map(String::as_str).collect();
         let name = entry.mnemonic.strip_suffix("_U").unwrap_or(&entry.mnemonic);
@@ -116,7 +117,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The condition under which an operand's block exceeds the end of its area.
+    /// The condition under which the block that begins at an operand exceeds the end of its area. `None` if it cannot,
+    /// or if the size is unknown. For indirect access it is a bit with any value.
     fn block_error(
         &mut self,
         raw: &RawInstruction,
@@ -186,7 +188,8 @@ impl Lowering<'_> {
         Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
     }
 
-    /// Records an operation error at each loop and call that is nested too deeply.
+    /// Records an operation error at each loop and call that is nested too deeply. Does nothing if the CPU continues
+    /// after errors, except on the FX, which does not start such a program.
     pub(super) fn note_nesting(&mut self) {
         let is_fx = self.family == Family::Fx;
         if self.stops_on_error() || is_fx {
@@ -204,14 +207,16 @@ fn magnitude(words: Vec<WordSource>) -> Number {
     Number::And(Box::new(Number::Words(words)), Box::new(Number::Words(mask)))
 }
 
-/// An unsigned constant of this many words.
+/// An unsigned constant of one or two words; a larger value becomes the largest that fits. `None` if it is negative or
+/// has more words.
 fn limit(value: i64, words: usize) -> Option<Number> {
     let value = u32::try_from(value).ok()?.min(if words == 1 { u16::MAX.into() } else { u32::MAX });
     let parts = [value as u16, (value >> 16) as u16].map(WordSource::Const);
     parts.get(..words).map(|parts| Number::Words(parts.to_vec()))
 }
 
-/// The loops and calls that are nested deeper than `deepest` levels.
+/// The instructions that begin a loop inside `deepest` loops, or call a routine inside `deepest` calls. Loops and calls
+/// are counted separately.
 fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
     let loops = flow::loops(program);
     let depth =

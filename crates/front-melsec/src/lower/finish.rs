@@ -1,4 +1,5 @@
-//! The last stage, when all files are lowered: resolves jump, call and loop targets, and finds what runs repeatedly.
+//! The last stage, when all files are lowered: resolves the targets of jumps, calls and loops, and changes what depends
+//! on the whole program.
 
 use super::ranges;
 use super::state::Lowering;
@@ -7,7 +8,12 @@ use scanbound_front::{Faults, absent};
 use scanbound_ir::{Program, Step};
 
 impl Lowering<'_> {
-    /// Finishes the program, or returns all errors.
+    /// Finishes the program.
+    ///
+    /// # Errors
+    ///
+    /// If any diagnostic is an error: all diagnostics of all files, warnings included. Errors in the facts are added
+    /// only if the files have none.
     pub(crate) fn finish(mut self) -> Result<Program, Vec<Diagnostic>> {
         if !self.faults.iter().any(Faults::any_error) {
             self.connect();
@@ -29,7 +35,8 @@ impl Lowering<'_> {
         Ok(self.out.program)
     }
 
-    /// Replaces the target of each jump, call and loop, which is an item until now, by an instruction of the program.
+    /// Sets the target of each jump, call and loop to the instruction at which its item begins, and gives each call of
+    /// a missing routine the time and the writes that the facts state.
     fn connect(&mut self) {
         for (at, item) in std::mem::take(&mut self.targets.leads) {
             let to = self.targets.stands[&item];

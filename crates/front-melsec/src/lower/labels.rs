@@ -9,7 +9,7 @@ use crate::source::RawInstruction;
 use scanbound_front::operand_spans;
 use scanbound_ir::{Cell, Device, Operand};
 
-/// The operands of an instruction that are devices.
+/// The operands of an instruction that are devices with a number, and where they are in its text.
 pub(super) fn operands(raw: &RawInstruction, parsed: &[Result<Written, String>]) -> Arc<[Operand]> {
     let spans = operand_spans(&raw.text, &raw.operands);
     let named = parsed.iter().zip(spans).filter_map(|(operand, (start, end))| {
@@ -19,7 +19,7 @@ pub(super) fn operands(raw: &RawInstruction, parsed: &[Result<Written, String>])
     named.collect()
 }
 
-/// The device that an operand names.
+/// The device that an operand names; with an index, the device before the index is added. `None` if it has no cell.
 fn named(device: &operand::Device) -> Option<Device> {
     let of = |kind: DeviceType, number: u32, bit: Option<u8>| {
         let cell = match kind {
@@ -42,7 +42,7 @@ fn named(device: &operand::Device) -> Option<Device> {
     }
 }
 
-/// The comments of devices by cell. A comment of a timer or counter belongs to several cells.
+/// The comments by device. A comment of a timer or counter belongs to its contact, coil and present value.
 pub(super) fn comments(
     written: &BTreeMap<String, String>,
     family: Family,

@@ -1,5 +1,8 @@
 //! The exact meanings of catalog instructions whose effects are "any value": operations on their operands, for the CPU
 //! families whose manuals define them.
+//!
+//! In this file `None` means that the exact meaning is unknown or not modelled. Nothing is reported, because errors are
+//! suppressed here.
 
 use super::access::{BitPlace, WordPlace};
 use super::state::Lowering;
@@ -23,12 +26,15 @@ const MAX_EXPONENT: i64 = 8;
 /// How the number of elements of a block is given.
 #[derive(Clone, Copy)]
 enum ElementCount {
+    /// This constant number.
     Known(u32),
+    /// The value of this word.
     By(WordSource),
 }
 
 impl Lowering<'_> {
-    /// The exact meaning of a catalog instruction. `None` if this file does not model it.
+    /// The exact meaning of a catalog instruction. `None` if this file does not model it, if blocks overlap so that the
+    /// order of moves matters, or if a special relay may change what the instruction does.
     pub(super) fn meaning(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Meaning> {
         // With M8023 on, the FX exchanges the meaning of integer and real instructions.
         if self.modes.sums_reals {
@@ -118,14 +124,14 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether an operand is a valid bit number. Q and L use its lowest bits; on the others it may be an operation
-    /// error.
+    /// Whether an operand is certainly a valid bit number below `bits`. Q and L use only its lowest bits, so that every
+    /// number is valid; on the others another number may be an operation error.
     fn is_bit_number(&self, text: &str, bits: i64) -> bool {
         matches!(self.family, Family::Q | Family::L)
             || self.constant(text).is_some_and(|bit| (0..bits).contains(&bit))
     }
 
-    /// Whether an operand covers all bits of this many words, and not only some digits.
+    /// Whether an operand is a device that covers all bits of this many words, and not only some digits.
     fn is_whole(&mut self, text: &str, words: usize) -> bool {
         match self.device(text).map(|device| device.place) {
             Some(Place::Digits(_, _, digits) | Place::IndexedDigits(_, digits)) => {
@@ -135,8 +141,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Rotation or shift of a number by a constant from 1 to its number of bits minus 1. For other constants the
-    /// families differ.
+    /// The meaning of a rotation or shift of a number by a constant from 1 (0 on Q, L and iQ-R) to its number of bits
+    /// minus 1. `None` for other counts, for which the families differ.
     fn moved(&mut self, name: &str, text: &str, by: &str, words: usize) -> Option<Meaning> {
         // A digit designation rotates within its own bits.
         if !self.is_whole(text, words) {
@@ -302,7 +308,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// DECO: 2^n bits, of which one is set.
+    /// The meaning of DECO: sets one of 2^n bits, whose number is the value of `from`, and clears the others. `None`
+    /// for bits that only fill a part of a word.
     fn decoded(&mut self, from: &str, to: &str, power: &str) -> Option<Meaning> {
         let power = self.power(power)?;
         let number = match self.device(from).map(|device| device.place) {
@@ -338,12 +345,13 @@ impl Lowering<'_> {
         self.constant(text).filter(|power| (1..=MAX_EXPONENT).contains(power))
     }
 
-    /// Whether DECO and ENCO accept this exponent for word operands. On the FX and FX5 only one word is allowed.
+    /// Whether DECO and ENCO accept the exponent `power` for word operands. On the FX and FX5 the bits must fit in one
+    /// word.
     fn codes_in_words(&self, power: i64) -> bool {
         self.is_large() || power <= 4
     }
 
-    /// 2^`power` bits, from an operand on.
+    /// The 2^`power` bits from an operand on, as the input of an operation. `None` if their cells are unknown.
     fn bits(&mut self, text: &str, power: i64) -> Option<OperationInput> {
         match self.device(text)?.place {
             Place::At(DeviceType::Bit(area), index) => {
@@ -399,7 +407,8 @@ impl Lowering<'_> {
         self.single_result(Operation::Real(arithmetic), inputs, to, 2)
     }
 
-    /// The meaning of an operation whose result is one number, written to `to`.
+    /// The meaning of an operation whose result is one number of `words` words, written to `to`. `None` if the cells of
+    /// `to` are unknown.
     fn single_result(
         &mut self,
         operation: Operation,
@@ -414,7 +423,8 @@ impl Lowering<'_> {
         self.number(text, words).map(OperationInput::Number)
     }
 
-    /// The words of a plain word device as sources. `None` if a cell is unknown.
+    /// The words from a plain word device, timer or counter on, as sources. `None` if a cell is unknown, or for other
+    /// operands.
     fn cells(&mut self, text: &str, count: usize) -> Option<Vec<WordSource>> {
         let Place::At(DeviceType::Word(_) | DeviceType::Timed(_), _) = self.device(text)?.place
         else {
@@ -424,7 +434,8 @@ impl Lowering<'_> {
         words.iter().all(|word| matches!(word, WordSource::Cell(_))).then_some(words)
     }
 
-    /// The words of an operand as targets of a write.
+    /// The words from a plain word device on, as targets of a write. `None` if a cell is unknown, or for other
+    /// operands.
     fn places(&mut self, text: &str, count: usize) -> Option<Vec<WordTarget>> {
         let Place::At(DeviceType::Word(_), _) = self.device(text)?.place else { return None };
         match self.word_place(text, count)? {
@@ -445,7 +456,8 @@ impl Lowering<'_> {
         if self.is_large() { MAX_ELEMENTS } else { FX_MAX }
     }
 
-    /// The number of elements of a block, which a constant or a word gives.
+    /// The number of elements of a block, which a constant or a word gives. `None` for other operands, and for
+    /// constants that are not modelled.
     fn element_count(&mut self, text: &str) -> Option<ElementCount> {
         let most = self.most_elements();
         match self.constant(text) {
@@ -490,7 +502,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The address at which elements of `unit` words begin, given by a word device, plain or indexed.
+    /// The address of a block with elements of `unit` words that begins at a word device, plain or indexed. `None` if
+    /// it is unknown.
     fn from(&mut self, text: &str, unit: u32) -> Option<Address> {
         let device = self.device(text)?;
         if let Place::Indexed(DeviceType::Word(_), false) = device.place {
@@ -509,7 +522,7 @@ fn meaning(operation: Operation, inputs: Vec<OperationInput>, output: Target) ->
     Meaning { operation, inputs, outputs: vec![output] }
 }
 
-/// Whether the written block overlaps with a block that is read, so that the order of the moves matters.
+/// Whether the written block may overlap with a block that is read, so that the order of the moves matters.
 fn overlaps(meaning: &Meaning) -> bool {
     let reads: Vec<Cell> = meaning
         .inputs

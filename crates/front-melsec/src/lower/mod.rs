@@ -38,7 +38,7 @@ use state::{CurrentInstruction, Edges, JumpTargets, OPEN, RungState};
 use std::sync::Arc;
 
 impl<'a> Lowering<'a> {
-    /// Starts the lowering. `faults` are the errors that earlier stages found, by file.
+    /// Starts the lowering. `faults` are the errors that earlier stages found, one entry for each file.
     pub(super) fn new(
         resolved: &'a Resolved<'a>,
         structure: &'a Structure,
@@ -133,7 +133,8 @@ impl<'a> Lowering<'a> {
         self.targets.add_jump(at, end);
     }
 
-    /// Havocs `X` if the instruction reads `DX`, because a direct input also refreshes `X`.
+    /// After an instruction with a direct input (`DX`), lets every `X` have any value, because a direct input also
+    /// refreshes `X`.
     fn direct_inputs(&mut self, item: &Item<'_>) {
         let is_direct = |operand: &Result<Operand, String>| matches!(operand, Ok(Operand::Device(device)) if device.name == "DX");
         if !item.operands.iter().any(is_direct) {

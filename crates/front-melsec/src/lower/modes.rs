@@ -1,4 +1,5 @@
-//! Special relays and instructions in a project that change the meaning of other instructions.
+//! Finds the special relays and instructions in a project that change the meaning of other instructions, and other
+//! facts about the whole project that lowering needs.
 
 use super::written::index_values;
 use crate::memory::{DeviceType, Family};
@@ -7,34 +8,35 @@ use crate::resolve::Item;
 use scanbound_ir::{AreaId, Cell};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Which special relays and instructions that change the meaning of other instructions a project uses.
+/// What lowering needs to know about the whole project: the special relays and instructions in it that change the
+/// meaning of other instructions, and which devices it names.
 pub(super) struct Modes {
     /// The program switches the file register block, so `R` may be any `ZR`.
     pub switches_file_register: bool,
-    /// FX, FX5: special relays change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
+    /// FX, FX5: the program uses special relays that change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
     pub changes_moves: bool,
-    /// FX: with M8023 on, double-word additions and subtractions work on real numbers.
+    /// FX: the program uses M8023. With it on, double-word additions and subtractions work on real numbers.
     pub sums_reals: bool,
-    /// Q, L: with SM702 on, searches use binary search and expect sorted blocks.
+    /// The program uses SM702 (or M702). With SM702 on, searches of Q and L use binary search and expect sorted blocks.
     pub uses_binary_search: bool,
-    /// FX, FX5: M8040 or IST may inhibit transitions of a step ladder.
+    /// FX, FX5: the program uses M8040 or IST, which may inhibit transitions of a step ladder.
     pub states_may_stay: bool,
-    /// FX: with M8164 on, FROM and TO move as many words as D8164 says.
+    /// FX: the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
     /// The contacts of the timers that an instruction resets.
     pub resets: BTreeSet<Cell>,
     /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
     /// writes other values.
     pub index_values: BTreeMap<(&'static str, u32), Option<Vec<i64>>>,
-    /// For each area with contiguous devices: the smallest number of devices that the CPU can have, since the program
-    /// names the highest one.
+    /// For each area of bits, and for the file register: the number of devices that the CPU has at least, since the
+    /// program names the highest one. Areas whose numbers may have gaps (D, W) are missing.
     pub named: BTreeMap<AreaId, u32>,
-    /// As `named`, for all areas, contiguous or not.
+    /// As `named`, but for all areas, also those whose numbers may have gaps.
     pub highest: BTreeMap<AreaId, u32>,
 }
 
 impl Modes {
-    /// Finds what a project uses.
+    /// Finds what the instructions of a project use.
     pub fn of(items: &[Item<'_>], family: Family) -> Modes {
         let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
         let touches = |relays: &[u32]| items.iter().any(|item| touches(item, relays));
@@ -71,8 +73,8 @@ fn resets(items: &[Item<'_>]) -> BTreeSet<Cell> {
     resets.filter_map(device).filter_map(contact).collect()
 }
 
-/// For each contiguous area: the smallest number of devices that the CPU can have. D and W are not contiguous: extended
-/// registers follow with other numbers.
+/// For each area of bits, and for the file register: the number of devices that the CPU has at least. D and W are left
+/// out, because extended registers follow them with other numbers.
 fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
     let mut named: BTreeMap<AreaId, u32> = BTreeMap::new();
     for operand in items.iter().flat_map(|item| &item.operands) {
@@ -90,8 +92,8 @@ fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
     named
 }
 
-/// Whether an instruction may access one of these special relays of the FX (`M8023`) or FX5 (`SM8023`): directly, as
-/// part of a digit designation or a ZRST range, or through an index.
+/// Whether an instruction may access one of these special relays, as `M` or `SM` with this number: directly, as part of
+/// a digit designation or a ZRST range, or through an index on a special relay.
 fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
     let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
     let in_name = |operand: &Result<Operand, String>| match operand {

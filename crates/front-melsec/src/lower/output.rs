@@ -24,7 +24,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The effects of writing `value` to the bit operand `text`.
+    /// The effects of writing `value` to the bit operand `text`: in every execution if `is_always`, otherwise when the
+    /// instruction fires. An unknown bit becomes a havoc of its area.
     pub(super) fn bit_effects(
         &mut self,
         text: &str,
@@ -92,7 +93,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Records how the emulated CPU counts the timer at an instruction. Counters need no record: they count executions.
+    /// Records how the simulation counts the timer at instruction `at`, if the set value has one word and the timer
+    /// does not count in interrupts. Counters need no record: they count executions.
     fn note_timer(&mut self, mnemonic: &str, text: &str, setting: Option<WordSource>, at: usize) {
         let (Some(device), Some(setting)) = (self.device(text), setting) else { return };
         let Place::At(DeviceType::Timed(timed), index) = device.place else { return };
@@ -116,7 +118,7 @@ impl Lowering<'_> {
         timekeeping.instructions.insert(at, keeps);
     }
 
-    /// The time base of a timer according to the default parameters of the CPU.
+    /// The time of one count of a timer, in ps, with the default parameters of the CPU.
     fn time_base(&self, mnemonic: &str, index: u32) -> Picos {
         const MS: u64 = 1_000_000_000;
         Picos(match (self.family, mnemonic) {
@@ -126,7 +128,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// Adds a table row for special relays of the FX (`M8000` and above), which take longer than ordinary relays.
+    /// Adds a timing table row, tried first, for special relays of the FX (`M8000` and above), which take longer than
+    /// ordinary relays.
     fn add_special_row(&self, key: &mut TimingKey, text: &str) {
         let number = text.strip_prefix(['M', 'm']).and_then(|digits| digits.parse::<u32>().ok());
         if self.family == Family::Fx && number.is_some_and(|number| number >= 8000) {
@@ -135,8 +138,9 @@ impl Lowering<'_> {
         }
     }
 
-    /// The effects of a timer or counter coil. The contact can be true only while the coil is on; a retentive one keeps
-    /// its contact and current value while the coil is off.
+    /// The effects of OUT on a timer or counter. The contact can come on only while the coil is on; a retentive one
+    /// keeps its contact and present value while the coil is off. `setting` is the set value, `None` if it is a double
+    /// word.
     fn timed_effects(
         &mut self,
         text: &str,
@@ -219,8 +223,9 @@ impl Lowering<'_> {
         effects
     }
 
-    /// Whether the timer may already have started: its coil was on when it was last executed, or its set value is not
-    /// longer than one scan. A retentive timer continues from its current value.
+    /// The condition under which a timer whose coil is on can have reached its set value: its coil was also on when it
+    /// was last executed, or the set value is not longer than one scan. For a retentive timer (without `ran`), a
+    /// present value other than 0 takes the place of the coil.
     fn has_started(
         &mut self,
         (contact, ran): (Cell, Option<Cell>),
@@ -252,14 +257,15 @@ impl Lowering<'_> {
         Logic::Any(vec![ran, at_once])
     }
 
-    /// A bit that says which of two ways of understanding a manual is meant.
+    /// A new bit with any value, for a point that the manuals leave open: it says which of two readings is right.
     fn reading(&mut self) -> Logic {
         let choice = self.choice();
         self.out.program.timekeeping.readings.insert(choice);
         Logic::Bit(BitSource::Free(choice))
     }
 
-    /// The hidden word that holds the timer's present value as it was before this instruction.
+    /// The hidden word that keeps the present value, which is in the cell `value`, as it was before the current
+    /// instruction.
     pub(super) fn previous_present(&self, value: Cell) -> Cell {
         Cell { area: const { area("stood at ") }, index: value.index }
     }
@@ -375,7 +381,8 @@ impl Lowering<'_> {
         Logic::All(vec![moves, self.free_bit()])
     }
 
-    /// Records that setting a state resets the state that was active. When in the scan this happens is unknown.
+    /// If `text` begins with `S`, as a step relay does, and a step ladder state is open: records that setting it resets
+    /// the relays of the open state at an unknown moment, so that they may have any value at each read from now on.
     fn state_transfer(&mut self, text: &str) {
         let is_state = text.trim().to_ascii_uppercase().starts_with('S');
         let Some(state) = self.state.as_ref().filter(|_| is_state) else { return };
@@ -387,7 +394,7 @@ impl Lowering<'_> {
     }
 }
 
-/// The condition that a word is at least the set value.
+/// The condition that a word is at least the set value, as signed numbers.
 fn is_at_least(word: Cell, setting: WordSource) -> Logic {
     let [left, right] = [WordSource::Cell(word), setting].map(|word| Number::Words(vec![word]));
     let relation = Relation::GreaterOrEqual;

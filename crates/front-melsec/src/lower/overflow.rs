@@ -11,16 +11,18 @@ use scanbound_ir::{
 };
 
 impl Lowering<'_> {
-    /// Whether the result is unknown if it overflows. The FX stores part of the carry, with the sign of the exceeded
-    /// limit (FX programming manual, 5-25); no manual page was found for the FX5. INC and DEC wrap around, so they do
-    /// not count.
+    /// Whether the result of the instruction is unknown if it overflows: ADD and SUB of the FX and FX5. The FX stores
+    /// part of the carry, with the sign of the exceeded limit (FX programming manual, 5-25); no manual page was found
+    /// for the FX5. INC and DEC wrap around, so they do not count.
     pub(super) fn has_unknown_overflow(&self, entry: &Entry) -> bool {
         let name = entry.mnemonic.strip_suffix("_U").unwrap_or(&entry.mnemonic);
         matches!(self.family, Family::Fx | Family::Fx5)
             && matches!(name.strip_prefix('D').unwrap_or(name), "ADD" | "SUB")
     }
 
-    /// The effects of an addition or subtraction whose result is unknown if it overflows.
+    /// The effects of the addition or subtraction of `a` and `b`, written to the operand `text`: the result as if it
+    /// wrapped around, and a hidden bit that says whether it overflowed. [`Lowering::havoc_on_overflow`] then adds what
+    /// happens in this case.
     pub(super) fn effects_with_overflow(
         &mut self,
         text: &str,
@@ -55,7 +57,8 @@ impl Lowering<'_> {
         ])
     }
 
-    /// Adds the havoc of the written cells that happens if the instruction has overflowed.
+    /// Adds an instruction, without a time, that lets the cells that the current instruction wrote have any value if it
+    /// has overflowed. Does nothing for instructions that cannot overflow.
     pub(super) fn havoc_on_overflow(&mut self) {
         let Some(effects_with_overflow) = self.current.on_overflow.take() else { return };
         let mut effects = Vec::new();
@@ -66,8 +69,8 @@ impl Lowering<'_> {
     }
 }
 
-/// The expression that says whether a wrapped-around result exceeded a limit: for example, adding a positive number
-/// made it smaller.
+/// The condition under which a wrapped-around sum or difference of `a` and `b` exceeded a limit: for example, adding a
+/// positive number made it smaller.
 fn overflow(
     result: &Number,
     (a, b): (&Number, &Number),
@@ -89,7 +92,7 @@ fn overflow(
     Logic::Any(vec![Logic::All(vec![negative.clone().not(), up]), Logic::All(vec![negative, down])])
 }
 
-/// The cells of a write's target. `None` if it has none.
+/// The cells of a write's target. `None` if the value is discarded.
 fn region(target: &WordTarget) -> Option<Region> {
     match *target {
         WordTarget::Cell(first) => Some(Region::Range { first, count: 1 }),

@@ -1,4 +1,5 @@
-//! The facts about words: their ranges at the start of a scan, and the devices written through indirect addresses.
+//! Stated facts about devices: the ranges of words at the start of a scan, and the devices written through indirect
+//! addresses.
 
 use super::state::Lowering;
 use crate::memory::{DeviceType, Family, area};
@@ -14,8 +15,9 @@ use scanbound_ir::{Approximated, Cell, Effect, Region, StartRange, Write};
 /// The largest number of errors that are listed; more are only counted.
 const MAX_FAULTS: usize = 100;
 
-/// What can be written in the device or device range that `text` names. If the program switches file register blocks,
-/// `R` may be any word of the file register.
+/// The regions that may change if the device or device range that `text` names is written. `None` if `text` names none;
+/// empty if its devices have no cells. If the program switches file register blocks (`switches`), `R` may be any word
+/// of the file register.
 pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
     let (kind, first, count) = devices(text, family)?;
     let is_switched = switches && upper(text.trim()).starts_with('R');
@@ -34,7 +36,8 @@ pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<
     })
 }
 
-/// Parses a device or a device range: its type, the first number, and the number of devices.
+/// Parses a device (`D500`) or a device range (`ZR1000-ZR1999`): its type, the first number, and the number of devices.
+/// `None` if it is neither.
 fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {
     let place = |text: &str| match parse(text.trim(), family) {
         Ok(Operand::Device(Device { place: Place::At(kind, number), .. })) => Some((kind, number)),
@@ -48,15 +51,16 @@ fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {
     Some((kind, first, last - first + 1))
 }
 
-/// As [`written`], for devices to which an indirect address may point: no timers or counters.
+/// As [`written`], but `None` for timers, counters and devices without cells, to which an indirect address does not
+/// point.
 fn addressed(text: &str, family: Family, switches: bool) -> Option<Vec<Region>> {
     let (kind, ..) = devices(text, family)?;
     let has_one = matches!(kind, DeviceType::Bit(_) | DeviceType::Word(_));
     written(text, family, switches).filter(|_| has_one)
 }
 
-/// The regions that may be written through indirect addresses; `None` if not stated. Invalid devices are reported
-/// later.
+/// The regions that may be written through indirect addresses, as the facts state them; `None` if they do not. Invalid
+/// devices are left out here and reported later.
 pub(super) fn indirect(options: &DecodeOptions<'_>, switches: bool) -> Option<Vec<Region>> {
     let stated = options.facts.indirect.as_ref()?;
     let regions = stated.iter().filter_map(|text| addressed(text, options.family, switches));
@@ -88,8 +92,8 @@ impl Lowering<'_> {
         limited
     }
 
-    /// The smallest and largest count in an operand, and whether it is a constant. For a word it is 0 to `largest`;
-    /// later analysis narrows this.
+    /// The smallest and largest count in an operand, and whether it is a constant. For any other operand it is 0 to
+    /// `largest`, which is recorded as an over-approximation; later analysis narrows it.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
@@ -102,15 +106,16 @@ impl Lowering<'_> {
         (0, largest, false)
     }
 
-    /// The cell of an operand that is a word device without an index.
+    /// The cell of an operand that is a word device without an index. `None` for other operands.
     fn word(&self, text: &str) -> Option<Cell> {
         let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
         let Place::At(kind @ DeviceType::Word(_), index) = device.place else { return None };
         kind.cell(index)
     }
 
-    /// Adds the stated ranges of words as constraints on the scan's start. Returns an error for each text that is not a
-    /// word, and for each range that could mean one word or two.
+    /// Adds the stated ranges of words as constraints on the start of the scan. Returns the errors in these facts: a
+    /// text that is not a word, a range that could mean one word or two, and wrong devices among those of indirect
+    /// access and missing routines. Of the errors in ranges at most about 100 are listed.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let facts = self.options.facts;
         let mut faults = absent::faults(facts, |text| written(text, self.family, false));

@@ -21,8 +21,8 @@ impl Lowering<'_> {
         self.add(Some(key("MC", "master")), effects, begins);
     }
 
-    /// Begins a state of a step ladder. It is lowered to a master control region that runs while its relay is on, and
-    /// perhaps once more afterwards, to switch its coils off.
+    /// Begins a state of a step ladder, which the operand `text` names. It is lowered to a master control region that
+    /// runs while all its relays are on, and perhaps once more afterwards, to switch its coils off.
     pub(super) fn state_begins(&mut self, text: &str, relays: &[Cell]) {
         let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
         self.approximate(format!(
@@ -37,7 +37,8 @@ impl Lowering<'_> {
         self.state = Some(LadderState { item: self.current.item, relays: relays.to_vec(), jump });
     }
 
-    /// Ends the open step ladder state, unless the item `next` is still in it, and resolves the jump over the state.
+    /// Ends the open step ladder state, unless it began at the item `next` (then the current item is still in it), and
+    /// resolves the jump over the state.
     pub(super) fn leave_state(&mut self, next: Option<usize>) {
         let Some(state) = self.state.take_if(|open| next != Some(open.item)) else { return };
         self.add(None, Vec::new(), Step::MasterControlEnd { level: STATE_LEVEL });

@@ -43,7 +43,7 @@ impl Lowering<'_> {
         self.add(Some(key), effects, Step::Logic { join, value });
     }
 
-    /// Lowers a contact that is true while the program in its operand runs.
+    /// Lowers a contact that is true while the program in its operand runs. It may be true or false.
     pub(super) fn program_check(&mut self, mnemonic: &str, raw: &RawInstruction, join: Join) {
         let join = self.join(join, mnemonic);
         self.takes(raw, 1);
@@ -53,7 +53,8 @@ impl Lowering<'_> {
         self.add(Some(key), Vec::new(), Step::Logic { join, value });
     }
 
-    /// How a contact is combined with the results before it. Records if the contact begins a rung.
+    /// How a contact is combined with the results before it: [`Join::Start`] if it begins a rung, which is then
+    /// recorded. Reports an error if a contact such as AND has none before it.
     pub(super) fn join(&mut self, join: Join, mnemonic: &str) -> Join {
         match join {
             Join::Load
@@ -118,6 +119,7 @@ impl Lowering<'_> {
     }
 
     /// Begins a rung for an instruction that needs no condition: a label, an end, or the beginning of a loop.
+    /// `joined_by_next`: the next contact belongs to this rung, too.
     pub(super) fn stand_alone(&mut self, joined_by_next: bool) {
         if !self.rung.open {
             self.check_rung();
@@ -126,7 +128,7 @@ impl Lowering<'_> {
         (self.rung.depth, self.rung.has_output, self.rung.open) = (0, true, joined_by_next);
     }
 
-    /// Checks that a finished rung has an output and that each MPS has its MPP.
+    /// Reports an error if the rung that ends here has no output, or an MPS without its MPP.
     pub(super) fn check_rung(&mut self) {
         if !self.rung.has_output && self.rung.depth > 0 {
             self.fault(
@@ -147,8 +149,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Records that the rung has an output. Returns false after an error: there is no rung, or blocks are not
-    /// connected.
+    /// Records that the rung has an output. Reports an error if there is no rung (then returns false) or if blocks of
+    /// contacts are not connected.
     pub(super) fn output_here(&mut self, mnemonic: &str) -> bool {
         if self.rung.depth == 0 {
             let message = format!("`{mnemonic}` needs a condition, but has no contact before it");
@@ -272,7 +274,7 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The result of the rung. A free bit makes it possibly false, as in an inactive master control region.
+    /// The result of the rung, or possibly false where it is true, as in an inactive master control region.
     fn result_or_off(&mut self) -> Logic {
         let within = self.memory();
         let acts = Step::Act { fires: Logic::Const(true) };
@@ -283,8 +285,8 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The condition on which an instruction fires: the rung's result, or for a pulse form its rising edge. The write
-    /// of the remembered value is then added to the effects.
+    /// The condition on which an instruction fires: the result of the rung, or for a pulse form its rising edge. For a
+    /// pulse form, the write of the remembered result is added to the effects.
     pub(super) fn fires(&mut self, pulsed: bool, effects: &mut Vec<Effect>) -> Logic {
         if !pulsed {
             return Logic::Condition;
@@ -304,7 +306,8 @@ fn stack_key(mnemonic: &str) -> TimingKey {
     timing(mnemonic, false, None, "stack", Units::None, true)
 }
 
-/// The letters of an operand's device, for names of table rows such as `OUT:T`.
+/// The letters with which an operand begins, in upper case, for names of table rows such as `OUT:T`. Empty if there is
+/// no operand.
 pub(super) fn letters(operand: Option<&String>) -> Cow<'_, str> {
     let text = operand.map_or("", String::as_str);
     upper(&text[..text.bytes().take_while(u8::is_ascii_alphabetic).count()])

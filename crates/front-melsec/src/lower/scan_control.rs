@@ -9,14 +9,15 @@ use crate::resolve::Item;
 use scanbound_base::time::Picos;
 use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
 
-/// The number of picoseconds in one unit of D8000 and D8039, a millisecond.
+/// One unit of D8000 and D8039, a millisecond, in ps.
 const MS: u64 = 1_000_000_000;
 /// The number of the register with the watchdog time (FX3 programming manual; FX5: special devices compatible with FX).
 const WATCHDOG: u32 = 8000;
 /// The number of the register with the constant scan time, and of the relay that enables it (same sources).
 const CONSTANT: u32 = 8039;
 
-/// How the CPUs of a family can change the limits of their scan time.
+/// How the CPUs of a family can change the limits of their scan time: the devices for watchdog time, constant scan time
+/// and the relay that enables it. Q, L and iQ-R have no such devices (empty names).
 pub(super) fn of_family(family: Family) -> ScanControl {
     let devices = match family {
         Family::Fx => ["D8000", "D8039", "M8039"],
@@ -29,7 +30,7 @@ pub(super) fn of_family(family: Family) -> ScanControl {
 
 impl Lowering<'_> {
     /// Records how the instructions from index `first` on, all lowered from one item, change the limits of the scan
-    /// time.
+    /// time, and whether interrupts may have to wait.
     pub(super) fn note_scan_control(&mut self, item: &Item<'_>, first: usize) {
         // CPUs start with interrupts disabled: where EI may come late, requests of earlier scans wait for it, too.
         let may_leave = |step: &Step| {
@@ -94,7 +95,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether an instruction that writes a block from this device on may write the special device of this number.
+    /// Whether an instruction that writes a block from this device on may write the special device of number `special`.
+    /// The caller has checked that the device has the right type.
     fn may_reach(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
         let number = |operand: &Operand| match operand {
             Operand::Device(Device { place: Place::At(_, number), .. }) => Some(*number),
@@ -127,8 +129,8 @@ impl Lowering<'_> {
         special - first < block_length(item)
     }
 
-    /// Whether an index may lead to the device. The values of an index register are known if they are stated, or if the
-    /// program assigns only constants to it.
+    /// Whether a write to an indexed device may reach the device of number `special`. The values of an index register
+    /// are known if they are stated, or if the program assigns only constants to it; otherwise it may.
     fn index_reaches(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
         let Some(index) = device.index else { return false };
         let length = match device.place {
@@ -151,7 +153,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The time to which an instruction that writes the register sets it.
+    /// What is known about the time to which an instruction that writes the register sets it.
     fn setting(&self, item: &Item<'_>, register: u32) -> Setting {
         let is_move = matches!(unpulsed(&item.name), "MOV" | "DMOV" | "FMOV");
         let is_plain = matches!(item.operands.get(1), Some(Ok(Operand::Device(Device { place: Place::At(_, at), .. }))) if *at == register);
@@ -182,8 +184,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The time setting that the stated range of a word gives, if the program writes to the word only constants in this
-    /// range.
+    /// The time setting that the stated range of a word gives. `None` if no range is stated, or if an instruction may
+    /// write another value to the word than a constant in this range.
     fn stated_times(&self, word: &Device, name: &str) -> Option<Setting> {
         let Place::At(DeviceType::Word(own), number) = word.place else { return None };
         let ranges = &self.options.facts.ranges;

@@ -15,10 +15,11 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// Stands for a target that is not resolved yet.
+/// Stands for the target of a jump, call or loop until the target is known.
 pub(super) const OPEN: usize = usize::MAX;
 
-/// The lowering of a project. Each file of this module handles one type of instruction, and adds its methods here.
+/// The lowering of a project to a program of `ir`. Each file of this module handles one type of instruction, and adds
+/// its methods here. Methods that return `None` have reported an error, unless they say otherwise.
 pub struct Lowering<'a> {
     pub(super) resolved: &'a Resolved<'a>,
     pub(super) structure: &'a Structure,
@@ -26,7 +27,7 @@ pub struct Lowering<'a> {
     pub(super) family: Family,
     pub(super) out: Builder,
     pub(super) faults: Vec<Faults<'a>>,
-    /// The special relays in use that change the meaning of other instructions.
+    /// The special relays and instructions of the project that change the meaning of other instructions.
     pub(super) modes: Modes,
     /// The instruction that is being lowered.
     pub(super) current: CurrentInstruction<'a>,
@@ -34,16 +35,18 @@ pub struct Lowering<'a> {
     pub(super) rung: RungState,
     /// The hidden bits that remember conditions for edges.
     pub(super) edges: Edges,
-    /// The regions that may be written through indirect addresses, if stated.
+    /// The regions that may be written through indirect addresses (`@D0`), if the facts state them. `None`: every
+    /// device.
     pub(super) indirect: Option<Vec<Region>>,
-    /// Jump and call targets.
+    /// The targets of jumps, calls and loops.
     pub(super) targets: JumpTargets,
-    /// The open state of a step ladder.
+    /// The step ladder state that is being lowered.
     pub(super) state: Option<LadderState>,
 }
 
 impl Lowering<'_> {
-    /// Reports an error at the current instruction; `part` is a slice of it or one of its words.
+    /// Reports an error at the current instruction; `part` is a slice of it or one of its words. Does nothing while
+    /// errors are suppressed ([`CurrentInstruction::quiet`]).
     pub fn fault(&mut self, code: Code, part: &str, message: impl Into<String>, help: &str) {
         let Some(raw) = self.current.raw.filter(|_| !self.current.quiet) else { return };
         let file = &self.resolved.project.files[self.current.file];
@@ -51,7 +54,8 @@ impl Lowering<'_> {
         self.faults[self.current.file].push(found);
     }
 
-    /// Records an over-approximation at the instruction that will be added next.
+    /// Records an over-approximation at the instruction that will be added next, unless the same text is already
+    /// recorded there.
     pub fn approximate(&mut self, what: impl Into<Approximated>) {
         let what = what.into();
         let instruction = self.out.next();
@@ -67,7 +71,9 @@ impl Lowering<'_> {
         }
     }
 
-    /// Adds an instruction and returns its index.
+    /// Adds an instruction to the program, and returns its index. Effects through indirect addresses are limited to the
+    /// stated devices, the timing key gets the operand types, and the operation errors that were noted are recorded for
+    /// it.
     pub fn add(&mut self, timing: Option<TimingKey>, effects: Vec<Effect>, step: Step) -> usize {
         let effects = self.limit_indirect(effects);
         let timing = timing.map(|key| self.with_operands(key));
@@ -78,12 +84,13 @@ impl Lowering<'_> {
         at
     }
 
-    /// Whether the cell budget has room for a block of this many words or bits, each read and written.
+    /// Whether a block of this many words or bits, each read and written, can be modelled cell by cell within the limit
+    /// for the whole program. False for a negative count.
     pub fn has_room(&self, count: i64) -> bool {
         usize::try_from(count).is_ok_and(|count| self.out.has_room(2 * count))
     }
 
-    /// Checks the number of operands, and reports an error if it is wrong.
+    /// Whether the instruction has `count` operands; reports an error if not.
     pub fn takes(&mut self, raw: &RawInstruction, count: usize) -> bool {
         let file = &self.resolved.project.files[self.current.file];
         let fault = miscounted(raw, file, count);
@@ -92,7 +99,8 @@ impl Lowering<'_> {
         fits
     }
 
-    /// A new hidden bit that keeps its value from one execution to the next.
+    /// A new hidden bit that keeps its value from one execution to the next. Reports name it after the current
+    /// instruction.
     pub fn memory(&mut self) -> Cell {
         let cell = edge_memory(self.edges.count);
         self.edges.count += 1;
@@ -126,7 +134,7 @@ impl Lowering<'_> {
 pub(super) struct CurrentInstruction<'a> {
     /// The index of the file that contains the instruction.
     pub file: usize,
-    /// The index of the instruction among all items.
+    /// The index of the instruction in [`Resolved::items`].
     pub item: usize,
     /// The instruction in the source; `None` before the first instruction of a file.
     pub raw: Option<&'a RawInstruction>,
@@ -134,9 +142,9 @@ pub(super) struct CurrentInstruction<'a> {
     pub quiet: bool,
     /// The conditions under which the instruction causes an operation error.
     pub errors: Vec<Logic>,
-    /// What the instruction havocs if it overflows.
+    /// What gets any value if the instruction overflows. `None` if nothing.
     pub on_overflow: Option<OverflowHavoc>,
-    /// The parsed operands of the instruction, or why one is invalid.
+    /// Each operand of the instruction parsed, or what is wrong with it.
     pub operands: &'a [Result<Operand, String>],
 }
 
@@ -155,7 +163,7 @@ impl<'a> CurrentInstruction<'a> {
 
 /// The state of the rung that is being lowered.
 pub(super) struct RungState {
-    /// The number of results on the logic stack.
+    /// The number of results on the logic stack, that is, of blocks of contacts not yet connected; 0 outside a rung.
     pub depth: usize,
     /// The number of results saved by MPS and not yet taken by MPP.
     pub saved: u32,
@@ -174,49 +182,52 @@ impl Default for RungState {
 
 /// An instruction that acts on an edge.
 pub(super) struct EdgeInstruction {
-    /// The index of the instruction.
+    /// The index of the instruction in the program.
     pub(super) at: usize,
-    /// The hidden bit that holds the value at the last execution.
+    /// The hidden bit that holds the value of the device or condition at the last execution.
     pub(super) memory: Cell,
     /// Whether the instruction is a contact. Then its device may change several times in a scan.
     pub(super) is_contact: bool,
 }
 
-/// The hidden bits for edges, and the instructions that need special treatment.
+/// The number of hidden bits, and the instructions whose hidden bits are changed at the end of the lowering.
 #[derive(Default)]
 pub(super) struct Edges {
-    /// The number of hidden bits so far.
+    /// The number of hidden bits of the program so far.
     pub count: u32,
-    /// The edge instructions of the FX and FX5, which need special treatment.
+    /// The edge instructions of the FX and FX5, for `widen_edges`. Empty for other families.
     pub at: Vec<EdgeInstruction>,
-    /// For each relay whose edge only one pulse contact detects, its pulse contacts.
+    /// For each relay whose edge only one pulse contact detects (FX, M2800 to M3071): the instructions that are its
+    /// pulse contacts.
     pub single: BTreeMap<Cell, Vec<usize>>,
 }
 
-/// Jump targets: the instruction index of each item, and the instructions that lead to it.
+/// The instruction at which each target begins, and the instructions that lead to the targets.
 #[derive(Default)]
 pub(super) struct JumpTargets {
+    /// For each item that may be a target: the instruction at which it begins.
     pub(super) stands: BTreeMap<usize, usize>,
+    /// Each jump, call and loop start (an instruction), with the item that it leads to.
     pub(super) leads: Vec<(usize, usize)>,
-    /// The calls of missing routines, with their names.
+    /// The calls of missing routines (instructions), with the routines' names.
     pub(super) absent: Vec<(usize, String)>,
-    /// The calls that may run the called routine with all coils off.
+    /// The calls (instructions) that may run the called routine with all coils off.
     pub(super) calls_with_coils_off: Vec<usize>,
 }
 
 impl JumpTargets {
-    /// Records that an item begins at this instruction.
+    /// Records that an item, to which jumps may lead, begins at instruction `at`.
     pub(super) fn define_target(&mut self, item: usize, at: usize) {
         self.stands.insert(item, at);
     }
 
-    /// Records that instruction `at` jumps to `item` or calls it.
+    /// Records that instruction `at` leads to `item`: it jumps there, calls it, or begins a loop that ends there.
     pub(super) fn add_jump(&mut self, at: usize, item: usize) {
         self.leads.push((at, item));
     }
 }
 
-/// The open state of a step ladder (STL).
+/// The step ladder state (STL) that is being lowered.
 pub(super) struct LadderState {
     /// The item of the STL instruction that begins the state.
     pub(super) item: usize,
@@ -226,14 +237,15 @@ pub(super) struct LadderState {
     pub(super) jump: usize,
 }
 
-/// Regions that get any value after an instruction if a bit says that the instruction overflowed.
+/// The regions that get any value after an instruction if the bit `overflow` says that the instruction overflowed.
 pub(super) struct OverflowHavoc {
     pub(super) overflow: Cell,
     pub(super) regions: Vec<Region>,
 }
 
-/// The key for an instruction's time: its name with the letters of its device, its name, and for a pulse form the name
-/// without the suffix. The operand types are added when the instruction is added.
+/// The key for an instruction's time, with the names of the table rows in the order in which they are tried: the
+/// mnemonic with the letters of its device, the mnemonic, and for a pulse form the same two without the suffix P. The
+/// operand types are added when the instruction is added.
 pub fn timing(
     mnemonic: &str,
     pulsed: bool,
@@ -260,7 +272,8 @@ pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     timing(mnemonic, false, None, class, Units::None, use_larger_time)
 }
 
-/// The rising or falling edge of a value: compares it with the value that `memory` holds.
+/// The condition that is true at the rising or falling edge of a value: the value differs in this direction from the
+/// one that `memory` holds.
 pub fn edge(rising: bool, value: Logic, memory: Cell) -> Logic {
     let before = Logic::cell(memory);
     if rising {

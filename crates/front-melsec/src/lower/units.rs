@@ -10,7 +10,7 @@ use scanbound_ir::{Approximated, Counted, Units, WordSource};
 /// The longest string of a PLC, in characters.
 pub(super) const LONGEST_TEXT: u64 = 16_383;
 
-/// Instructions of the FX whose number of words is at most `FX_MAX`.
+/// Instructions whose number of words is at most `FX_MAX` on the FX.
 const FX_SHORT: [&str; 20] = [
     "BMOV", "FMOV", "DFMOV", "MEAN", "DMEAN", "SER", "DSER", "HEX", "ASCI", "CCD", "CRC", "DIS",
     "UNI", "WSFR", "WSFL", "SFWR", "SFRD", "ABSD", "DABSD", "INCD",
@@ -22,8 +22,10 @@ const FX_MAX: i64 = 512;
 const MAX_DEVICES: i64 = 0x100_0000;
 
 impl Lowering<'_> {
-    /// The units of a catalog instruction, for times per unit: the count of its counting operand, else the characters
-    /// of constant texts, else the length of its longest operand.
+    /// The number of units of a catalog instruction, by which its time per unit is multiplied: the count of its
+    /// counting operand; else the devices in its range (ZRST and similar); else the largest number that its catalog row
+    /// gives; else the characters of its constant texts; else the length of its longest operand. Classes without a time
+    /// per unit have no units.
     pub(super) fn units(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let Some(operand) = entry.units {
             let (low, high, _) = self.block_count(raw, entry, operand);
@@ -55,7 +57,7 @@ impl Lowering<'_> {
         }
     }
 
-    /// The words that hold the number of units. `None` if these are not one or two plain cells.
+    /// The words that hold the number of units. `None` if these are not one or two plain word cells.
     pub(super) fn count_words(
         &mut self,
         raw: &RawInstruction,
@@ -102,7 +104,8 @@ impl Lowering<'_> {
         all.unwrap_or(0).min(self.most_elements().into())
     }
 
-    /// The total number of characters of all texts that are read. `None` if some text is not a constant.
+    /// The total number of characters of all texts that the instruction reads. `None` if it reads no text, or if some
+    /// text is not a constant.
     fn constant_texts(&self, raw: &RawInstruction, entry: &Entry) -> Option<u64> {
         if !entry
             .operands
@@ -123,7 +126,8 @@ impl Lowering<'_> {
         Some(characters)
     }
 
-    /// The number of units of an instruction that works on all devices from the first operand to the second.
+    /// The number of units of an instruction that works on all devices from the first operand to the second; at most
+    /// the largest count if these devices are unknown.
     fn units_of_range(&mut self, raw: &RawInstruction, entry: &Entry) -> Units {
         if let (Some(first), Some(last)) =
             (self.device(&raw.operands[0]), self.device(&raw.operands[1]))
@@ -136,7 +140,8 @@ impl Lowering<'_> {
         Units::AtMost(self.most_counted(entry) as u64)
     }
 
-    /// The number of units of an instruction without a counting operand: the length of its longest operand.
+    /// The number of units of an instruction without a counting operand: the length of its longest operand, or an upper
+    /// limit if a length is unknown.
     fn units_of_operands(&self, raw: &RawInstruction, entry: &Entry) -> Units {
         let mut most = 1;
         for operand in &entry.operands {
@@ -171,14 +176,15 @@ impl Lowering<'_> {
         Units::Exactly(most)
     }
 
-    /// The largest number of units that the instruction's counting word can give.
+    /// The largest number of units that the instruction can process when a word gives the count: 512 for certain
+    /// instructions of the FX, otherwise 65,535.
     fn most_counted(&self, entry: &Entry) -> i64 {
         let is_short = self.family == Family::Fx && FX_SHORT.contains(&&*entry.mnemonic);
         if is_short { FX_MAX } else { 65_535 }
     }
 
-    /// The smallest and largest count of words or bits, and whether it is known. Counts are unsigned, so a negative
-    /// number is a large count.
+    /// The smallest and largest count of words or bits in a counting operand, and whether it is a constant. Counts are
+    /// unsigned, so a negative number is a large count.
     pub(super) fn block_count(
         &mut self,
         raw: &RawInstruction,

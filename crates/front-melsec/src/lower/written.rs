@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// The largest number of words in a block of an FX instruction.
 pub(super) const LONGEST_BLOCK: u32 = 512;
 
-/// The devices that the instruction may write.
+/// The device operands that the instruction may write. Control instructions count as writing none.
 pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
     let is_target = |operand: usize| match &item.category {
         Category::Coil => operand == 0,
@@ -26,7 +26,7 @@ pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
     operands.filter_map(device).collect()
 }
 
-/// The largest number of devices that an instruction may write, from its operand on.
+/// The largest number of devices that an instruction may write from its operand on, at most [`LONGEST_BLOCK`].
 pub(super) fn block_length(item: &Item<'_>) -> u32 {
     let found = match &item.category {
         Category::Listed(found) => found,
@@ -54,8 +54,8 @@ fn is_written(role: Role) -> bool {
     matches!(role, Role::Destination | Role::ReadWrite | Role::ReadWriteIfDevice)
 }
 
-/// For each index register that the program writes: 0 and the constants that it moves there. `None` if it writes other
-/// values.
+/// For each index register that the program writes, by its letters (`Z` or `V`) and number: 0 and the constants that it
+/// moves there. `None` if it writes other values.
 pub(super) fn index_values(items: &[Item<'_>]) -> BTreeMap<(&'static str, u32), Option<Vec<i64>>> {
     let mut found: BTreeMap<(&'static str, u32), Option<Vec<i64>>> = BTreeMap::new();
     for item in items {

@@ -10,7 +10,8 @@ use scanbound_base::code::Code;
 use scanbound_front::absent;
 
 impl Checker<'_, '_> {
-    /// Resolves the label of each jump and call: in the same file, else, for calls, in the only other file that has it.
+    /// Resolves the label of each jump and call, in the same file, or in the file that the call names. A call without a
+    /// program name that finds no such label in its file takes it from the only other file that has it.
     pub(super) fn connect(&mut self) {
         for UnresolvedJump { item, label, file, only, is_call } in take(&mut self.wanted) {
             let elsewhere: Vec<usize> = match self.labels[file].get(&label) {
@@ -40,7 +41,8 @@ impl Checker<'_, '_> {
         }
     }
 
-    /// Handles a call whose label does not exist. `by_file`: the call names the file in addition to the label.
+    /// Handles a call whose label does not exist: makes it a call of a missing routine if that is allowed, otherwise
+    /// reports an error. `by_file`: the call names the file in addition to the label.
     fn without_label(&mut self, item: usize, label: u32, by_file: bool) {
         let text = self.item(item).raw.operands[0].trim_matches('"');
         let name = routine(by_file.then_some(text), label);
@@ -84,7 +86,8 @@ impl Checker<'_, '_> {
         }
     }
 
-    /// For each program that need not run in every scan: finds the END to which it jumps when it does not run.
+    /// For each program that need not run in every scan: finds the END to which it jumps when it does not run, and adds
+    /// this jump to the transfers.
     pub(super) fn skip_targets(&mut self) {
         let may_be_skipped = self.resolved.may_be_skipped();
         let files = self.resolved.files.iter().zip(may_be_skipped).enumerate();
@@ -98,6 +101,7 @@ impl Checker<'_, '_> {
         self.transfers.extend(transfers);
     }
 
+    /// Reports each transfer that jumps back, into a loop, or into or out of a master control region.
     pub(super) fn check_jumps(&mut self) {
         let begins = self.structure.parts.iter();
         let loops: Vec<(usize, usize)> = begins
@@ -131,7 +135,8 @@ impl Checker<'_, '_> {
             }
         }
     }
-    /// Checks that each called routine and each interrupt program ends with a return instruction.
+    /// Reports each called routine and each interrupt program that has no return instruction at its end, or whose jumps
+    /// may skip all of them.
     pub(super) fn check_routines(&mut self) {
         let extents = Extents::new(&self.structure, &self.transfers);
         let mut calls: BTreeMap<usize, usize> = BTreeMap::new();
@@ -156,11 +161,11 @@ impl Checker<'_, '_> {
     }
 }
 
-/// Finds which items belong to each routine.
+/// Finds out whether routines end with a return instruction.
 struct Extents {
-    /// The items that are return instructions, in order.
+    /// The items that are return instructions, in ascending order.
     returns: Vec<usize>,
-    /// All jumps, as pairs of the jump and its target.
+    /// All transfers, as pairs of the item that jumps and its target, in ascending order.
     transfers: Vec<(usize, usize)>,
 }
 

@@ -57,7 +57,7 @@ impl Ignore {
         self.patterns.iter().filter(hit).count() > 0
     }
 
-    /// The patterns that matched no file.
+    /// The patterns that have matched no file or directory so far.
     pub(super) fn unused(&self) -> impl Iterator<Item = &str> {
         self.patterns.iter().filter(|one| !one.used.get()).map(|one| one.text.as_str())
     }

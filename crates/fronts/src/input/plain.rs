@@ -32,7 +32,7 @@ const ENDINGS: [&str; 43] = [
 /// The first column of label tables that tools export with programs, without blanks and in lower case.
 const LABEL_HEADS: [&str; 6] = ["labelname", "ラベル名", "标签名", "標籤名", "라벨명", "레이블명"];
 
-/// Whether the name is that of a document or hidden file.
+/// Whether the name is that of a hidden file, a backup copy (`~`), or a file with one of [`NAMES`] or [`ENDINGS`].
 pub(super) fn is_named(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let (stem, ending) = name.split_once('.').unwrap_or((&name, ""));
@@ -42,7 +42,7 @@ pub(super) fn is_named(path: &Path) -> bool {
         || ending.rsplit('.').next().is_some_and(|ending| ENDINGS.contains(&ending))
 }
 
-/// Whether the beginning of a file looks like a table of labels, times or measurements.
+/// Whether the beginning of a file looks like a table of labels or times, or like a captured signal.
 pub(super) fn is_content(beginning: &[u8]) -> bool {
     let text = crate::FRONTS.beginning(beginning);
     let is_comment = |line: &str| line.starts_with([';', '#']) || line.trim().is_empty();

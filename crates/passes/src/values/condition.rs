@@ -3,10 +3,12 @@
 use super::value::Value;
 use std::rc::Rc;
 
-/// The largest number of literals of a conjunction that are kept. The other literals are forgotten.
+/// The largest number of literals of a conjunction that are kept. The other literals are forgotten, so that it is no
+/// longer exact.
 const MAX_LITERALS: usize = 24;
 
-/// What is known about a word while a condition is true.
+/// The values that a word may have while some condition is true (or false). It no longer applies after the next write
+/// of the word, which has another stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WordFact {
     /// The slot of the word, and the stamp of the write that gave the word this value.
@@ -35,12 +37,13 @@ impl Literal {
     }
 }
 
-/// What is known about a Boolean value.
+/// What is known about a Boolean value, such as the result of a rung: whether it is constant, the literals of which it
+/// is composed, and the facts about words that follow from it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Condition {
-    /// Whether the condition is true in every scan.
+    /// Whether the condition is known to be true whenever this instruction is reached.
     pub surely: bool,
-    /// Whether the condition is false in every scan.
+    /// Whether the condition is known to be false whenever this instruction is reached.
     pub never: bool,
     /// What is known about words while the condition is true.
     known: Option<Rc<[WordFact]>>,
@@ -48,11 +51,11 @@ pub struct Condition {
     literals: Option<Rc<[Literal]>>,
     /// Whether the condition is equivalent to the conjunction of `literals`.
     exact: bool,
-    /// What is known about words while the condition is false.
+    /// What is known about words while the condition is false and the literals of `context` are true.
     off: Option<Rc<[WordFact]>>,
-    /// The literals that must be true so that the facts about words hold. `None`: the facts hold everywhere.
+    /// The literals that must be true so that the facts in `off` hold. `None`: these facts hold everywhere.
     context: Option<Rc<[Literal]>>,
-    /// What is known about words if one of the literals is false.
+    /// What is known about words if one of the literals is false, for those of which anything is known.
     denied: Option<Rc<[FactsIfFalse]>>,
 }
 
@@ -86,12 +89,12 @@ impl Condition {
         Condition { surely: value, never: !value, exact: value, ..Condition::default() }
     }
 
-    /// Equivalent to one literal.
+    /// A condition that is equivalent to one literal.
     pub fn literal(literal: Literal) -> Condition {
         Condition { literals: Some([literal].into()), exact: true, ..Condition::default() }
     }
 
-    /// Equivalent to the conjunction of these literals.
+    /// A condition that is equivalent to the conjunction of these literals; `literal` comes first.
     pub fn of(literal: Literal, others: &[Literal]) -> Condition {
         let others = others.iter().copied().filter(|other| *other != literal);
         let all: Rc<[Literal]> = std::iter::once(literal).chain(others).collect();
@@ -133,7 +136,7 @@ impl Condition {
         self.literals.as_deref().unwrap_or(&[])
     }
 
-    /// The literals to whose conjunction the condition is equivalent, if it is one.
+    /// The literals to whose conjunction the condition is equivalent; `None` if that is not known.
     pub fn conjunction(&self) -> Option<Rc<[Literal]>> {
         self.literals.clone().filter(|_| self.exact)
     }
@@ -143,7 +146,7 @@ impl Condition {
         self.known.as_deref().unwrap_or(&[])
     }
 
-    /// Facts about words that hold while the condition is false.
+    /// Facts about words that hold while the condition is false, whatever else is true.
     pub fn words_off(&self) -> &[WordFact] {
         self.off.as_deref().filter(|_| self.context.is_none()).unwrap_or(&[])
     }
@@ -203,7 +206,7 @@ impl Condition {
         opposite
     }
 
-    /// The conjunction of two conditions.
+    /// What is known about the conjunction of two conditions.
     pub fn and(&self, other: &Condition) -> Condition {
         let literals = chained(self.literals.as_ref(), other.literals.as_ref());
         let all = literals.as_ref().is_none_or(|all| all.len() <= MAX_LITERALS);
@@ -228,7 +231,7 @@ impl Condition {
         self.surely && self.literals().is_empty()
     }
 
-    /// The disjunction of two conditions.
+    /// What is known about the disjunction of two conditions: the literals of both, and what holds while it is false.
     pub fn or(&self, other: &Condition) -> Condition {
         match (self.never, other.never) {
             (true, _) => return other.clone(),
@@ -250,7 +253,8 @@ impl Condition {
         }
     }
 
-    /// The condition after two paths have joined: either of two values.
+    /// What is known after two paths have joined, on which the value was this one or the other: only whether it is
+    /// constant, if they differ.
     pub fn either(&self, other: &Condition) -> Condition {
         if self == other {
             return self.clone();
@@ -286,7 +290,7 @@ pub struct ConditionalWrite {
     pub value: Value,
 }
 
-/// Whether a write was executed.
+/// Whether a conditional write was executed; `ConditionalWrite`: unknown.
 pub enum WasExecuted {
     Yes,
     No,

@@ -15,19 +15,19 @@ use scanbound_ir::{
 };
 use std::cell::Cell as Shared;
 
-/// An abstract state in which expressions are evaluated.
+/// An abstract state in which expressions of an instruction are evaluated.
 pub struct Evaluation<'a> {
     pub program: &'a Program,
     pub followed: &'a Tracked,
     pub state: &'a State,
-    /// Literals that are true here.
+    /// Literals that are assumed to be true where the expressions are evaluated.
     pub holds: &'a [Literal],
     /// The last stamp that was used.
     pub stamp: &'a Shared<u32>,
 }
 
 impl Evaluation<'_> {
-    /// The value of a word.
+    /// The possible values of a word.
     pub fn word(&self, word: WordSource) -> Value {
         match word {
             WordSource::Const(value) => Value::constant(value),
@@ -51,7 +51,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The values of a number's words.
+    /// The possible values of each of a number's words, low word first.
     pub fn number(&self, number: &Number) -> Vec<Value> {
         match number {
             Number::Words(words) => words.iter().map(|word| self.word(*word)).collect(),
@@ -70,8 +70,8 @@ impl Evaluation<'_> {
         }
     }
 
-    /// A signed number of two words as one integer, because the values of the separate words do not show which of them
-    /// occur together.
+    /// The possible values of a signed number of one or two words, as integers, because the values of the separate
+    /// words do not show which of them occur together. `None` if they are not known as integers.
     fn integers(&self, number: &Number) -> Option<Integers> {
         if let Some(word) = sign_extended(number) {
             return Some(Integers::word(&self.word(word), true));
@@ -96,8 +96,8 @@ impl Evaluation<'_> {
         })
     }
 
-    /// What is known about a Boolean expression; `condition` is that of the instruction. A value that is not constant
-    /// gets a literal.
+    /// What is known about a Boolean expression; `condition` is the value of [`Logic::Condition`]. A value that is not
+    /// constant gets a literal.
     pub fn logic(&self, logic: &Logic, condition: &Condition) -> Condition {
         let found = match logic {
             Logic::Condition => condition.clone(),
@@ -183,7 +183,7 @@ impl Evaluation<'_> {
         found.into_iter()
     }
 
-    /// The cells that an indexed write may reach.
+    /// The cells that an indexed write may reach; `None` if unknown.
     pub fn reach(&self, indexed: &IndexedWrite) -> Option<Reach> {
         let mut index: Option<Integers> = None;
         for reading in &indexed.indices {
@@ -206,7 +206,8 @@ impl Evaluation<'_> {
         Reach::of(&cells, length.max(1))
     }
 
-    /// The results of an operation, each as a list of words. `None` if it may give no results.
+    /// The results of an operation, each as a list of words. `None` if the operation is not followed here, or it may
+    /// give no results.
     pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
         let Meaning { operation, inputs, .. } = meaning;
         let input = |n: usize| self.operand(inputs.get(n)?);
@@ -283,7 +284,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The words of an operand. `None` if it may be invalid.
+    /// The possible values of the words of an operand. `None` if it may be invalid or is not followed.
     fn operand(&self, operand: &OperationInput) -> Option<Vec<Value>> {
         match operand {
             OperationInput::Words(words) => {
@@ -299,7 +300,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// The word at an address. `None` if it may be a word that is not tracked.
+    /// The possible values of the word at a computed address. `None` if it may be a word that is not tracked.
     fn read(&self, address: &Address) -> Option<Value> {
         let mut sum = Integers::constant(address.base);
         for term in &address.terms {
@@ -328,7 +329,8 @@ impl Evaluation<'_> {
     }
 }
 
-/// The word that is sign-extended to the second word of a number: `(word ^ 0x8000) - 0x8000`.
+/// The word of which a number of two words is the sign extension, `(word ^ 0x8000) - 0x8000`; `None` for any other
+/// number.
 fn sign_extended(number: &Number) -> Option<WordSource> {
     const SIGN: [WordSource; 2] = [WordSource::Const(0x8000), WordSource::Const(0)];
     let Number::Sub(flipped, sign) = number else { return None };
@@ -342,7 +344,7 @@ fn sign_extended(number: &Number) -> Option<WordSource> {
     }
 }
 
-/// Whether a comparison is certainly true.
+/// Whether a comparison is true for every pair of numbers of the two sets.
 fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
     match relation {
         Relation::Equal => left.as_constant().is_some() && left == right,
@@ -354,7 +356,7 @@ fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
     }
 }
 
-/// The values of a number's words if a comparison with another number is true.
+/// The possible values of a number's words if its comparison with another number is true.
 fn values_if_true(
     number: &Integers,
     other: &Integers,
@@ -398,7 +400,7 @@ fn opposite(relation: Relation) -> Relation {
     }
 }
 
-/// The relation with its sides exchanged.
+/// The relation of `b` to `a` that says the same as `relation` says of `a` to `b`.
 fn mirrored(relation: Relation) -> Relation {
     match relation {
         Relation::Equal | Relation::NotEqual => relation,

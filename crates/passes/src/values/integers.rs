@@ -4,17 +4,18 @@ use super::value::{Value, gcd};
 
 /// The number of values of a word.
 const WORD: i64 = 1 << 16;
-/// Sets of at most this many numbers are computed exactly.
+/// Sets of at most this many numbers are kept as lists.
 const MAX_EXACT: usize = 64;
 
-/// A set of integers: an arithmetic progression from `low` to `high`, or a list of numbers.
+/// A non-empty set of integers, over-approximated: an arithmetic progression from `low` to `high`, or a list of
+/// numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Integers {
     pub low: i64,
     pub high: i64,
     /// The stride; 0 for a single number.
     step: i64,
-    /// All numbers, if they are not too many.
+    /// All numbers in ascending order; `None` if they are more than [`MAX_EXACT`].
     some: Option<Vec<i64>>,
 }
 
@@ -24,7 +25,7 @@ impl Integers {
         Integers { low: value, high: value, step: 0, some: Some(vec![value]) }
     }
 
-    /// All numbers of a range.
+    /// All numbers of `low..=high`.
     pub fn range(low: i64, high: i64) -> Integers {
         Integers::progression(low, high, 1)
     }
@@ -54,12 +55,12 @@ impl Integers {
         })
     }
 
-    /// The signed number in these words, low word first.
+    /// The signed number in one or two words, low word first; `None` for another count of words.
     pub fn signed(words: &[Value]) -> Option<Integers> {
         Integers::read(words, true)
     }
 
-    /// The number in one or two words.
+    /// The number in one or two words, low word first; `None` for another count of words.
     pub fn read(words: &[Value], is_signed: bool) -> Option<Integers> {
         match words {
             [word] => Some(Integers::word(word, is_signed)),
@@ -71,7 +72,7 @@ impl Integers {
         }
     }
 
-    /// The number in one word.
+    /// The numbers that a word with these values stands for, signed or unsigned.
     pub fn word(value: &Value, is_signed: bool) -> Integers {
         let number = |value: u16| match is_signed {
             true => i64::from(value.cast_signed()),
@@ -93,12 +94,12 @@ impl Integers {
         Integers::progression(least + (first - least).rem_euclid(step), largest, step)
     }
 
-    /// The low `count` words of the number, low word first.
+    /// The values of the low `count` words of the number, low word first.
     pub fn words(&self, count: usize) -> Vec<Value> {
         (0..count).map(|place| self.above(place as u32 * 16)).collect()
     }
 
-    /// The word that begins at this bit.
+    /// The values of the 16 bits of the number from this bit up.
     fn above(&self, bit: u32) -> Value {
         let word = |number: i64| (number >> bit.min(63)) as u16;
         if let Some(found) =
@@ -117,7 +118,7 @@ impl Integers {
         }
     }
 
-    /// Whether all numbers fit into this many words, signed.
+    /// Whether all numbers fit into this many words, as signed numbers (of at most 63 bits).
     pub fn fits(&self, words: usize) -> bool {
         let least = -(1i64 << (16 * words as u32 - 1).min(62));
         least <= self.low && self.high < -least
@@ -128,7 +129,7 @@ impl Integers {
         (self.low == self.high).then_some(self.low)
     }
 
-    /// The list of numbers, if it is known.
+    /// The list of numbers; `None` if they are more than [`MAX_EXACT`].
     pub fn list(&self) -> Option<&[i64]> {
         self.some.as_deref()
     }
@@ -138,7 +139,7 @@ impl Integers {
         self.step.unsigned_abs()
     }
 
-    /// Whether the two sets have no number in common.
+    /// Whether the two sets certainly have no number in common.
     pub fn is_disjoint(&self, other: &Integers) -> bool {
         let apart = gcd(self.step(), other.step());
         self.high < other.low
@@ -147,7 +148,7 @@ impl Integers {
             || matches!((&self.some, &other.some), (Some(a), Some(b)) if !a.iter().any(|one| b.contains(one)))
     }
 
-    /// The numbers within a range.
+    /// The numbers that lie within `low..=high`; `None` if there are none.
     pub fn within(&self, low: i64, high: i64) -> Option<Integers> {
         if let Some(all) = &self.some {
             return Integers::of(all.iter().copied().filter(|one| (low..=high).contains(one)));
@@ -159,7 +160,7 @@ impl Integers {
         (low <= high).then(|| Integers::progression(low, high, step))
     }
 
-    /// The union of two sets, over-approximated.
+    /// A set that contains all numbers of both sets.
     #[must_use]
     pub fn join(&self, other: &Integers) -> Integers {
         if let (Some(a), Some(b)) = (&self.some, &other.some)
@@ -173,7 +174,7 @@ impl Integers {
         Integers::progression(low, high, step as i64)
     }
 
-    /// The results of a function on all pairs of numbers, if there are few.
+    /// The results of a function on all pairs of numbers; `None` if there are more than 1,024 pairs.
     fn each_pair(&self, other: &Integers, of: impl Fn(i64, i64) -> i64) -> Option<Integers> {
         let (a, b) = (self.some.as_ref()?, other.some.as_ref()?);
         if a.len() * b.len() > MAX_EXACT * MAX_EXACT / 4 {
@@ -182,7 +183,7 @@ impl Integers {
         Integers::of(a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b))).map(|(a, b)| of(a, b)))
     }
 
-    /// The sums of a number of each set. `None` if they overflow.
+    /// A set that contains the sums of a number of each set. `None` if they overflow 64 bits.
     pub fn add(&self, other: &Integers) -> Option<Integers> {
         let (low, high) = (self.low.checked_add(other.low)?, self.high.checked_add(other.high)?);
         let found = self.each_pair(other, |a, b| a + b);
@@ -190,14 +191,14 @@ impl Integers {
         found.or_else(|| Some(Integers::progression(low, high, i64::try_from(step).ok()?)))
     }
 
-    /// The negatives of all numbers. `None` if they overflow.
+    /// The negatives of all numbers. `None` if they overflow 64 bits.
     pub fn negated(&self) -> Option<Integers> {
         let (low, high) = (self.high.checked_neg()?, self.low.checked_neg()?);
         let some = self.some.as_ref().map(|all| all.iter().rev().map(|one| -one).collect());
         Some(Integers { low, high, step: self.step, some })
     }
 
-    /// The products of a number of each set. `None` if they overflow.
+    /// A set that contains the products of a number of each set. `None` if they overflow 64 bits.
     pub fn multiply(&self, other: &Integers) -> Option<Integers> {
         let (a, b) = (self, other);
         let ends = [
@@ -217,7 +218,8 @@ impl Integers {
         Some(Integers::progression(low, high, i64::try_from(step).ok()?))
     }
 
-    /// Quotients (rounded towards zero) and remainders for positive divisors.
+    /// Sets that contain the quotients (rounded towards zero) and the remainders (with the sign of the dividend).
+    /// `None` if a divisor may be 0 or negative, or 64 bits overflow.
     pub fn divided(&self, by: &Integers) -> Option<[Integers; 2]> {
         if by.low <= 0 {
             return None;
@@ -253,7 +255,7 @@ impl Integers {
         Some([quotient, rest])
     }
 
-    /// The numbers, limited to a range.
+    /// The numbers, each moved to the nearest end of `low..=high` if it lies outside; `None` if `low > high`.
     pub fn limited(&self, low: i64, high: i64) -> Option<Integers> {
         if low > high {
             return None;

@@ -7,16 +7,16 @@ use scanbound_ir::meaning::{ChoiceKind, OperationInput};
 use scanbound_ir::{Compare, Logic, Number, Program, Step, WordSource, Write};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The limits, in ascending order.
+/// The numbers to which growing words are widened, in ascending order.
 pub struct WideningLimits {
     /// For each slot: the constants with which its word is compared, and their neighbours.
     by_slot: BTreeMap<usize, Vec<i64>>,
-    /// All constants of the program.
+    /// All constants of the program, as signed numbers, and the neighbours of those in comparisons.
     all: Vec<i64>,
 }
 
 impl WideningLimits {
-    /// The limits of a program.
+    /// Collects the constants of a program; `words` are the tracked words.
     pub fn of(program: &Program, words: &Slots) -> WideningLimits {
         let mut found = Collected { words, by_slot: BTreeMap::new(), all: BTreeSet::new() };
         for instruction in &program.instructions {
@@ -54,7 +54,8 @@ impl WideningLimits {
         WideningLimits { by_slot, all: in_order(found.all) }
     }
 
-    /// Joins two values, and widens the result to the next limit; with `is_last`, to the smallest or largest number.
+    /// Joins two values of the word in this slot, and widens the result to the next limit; with `is_last`, to the
+    /// smallest or largest number.
     pub fn widen(&self, slot: usize, here: Value, there: Value, is_last: bool) -> Value {
         if is_last {
             return here.widen(there, Growth::Ends);

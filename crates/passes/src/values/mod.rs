@@ -6,9 +6,9 @@
 //! interpretation: a unified lattice model for static analysis of programs, POPL 1977); the abstract domain is in
 //! `value`.
 //!
-//! Between scans, other writers may write any word ([`Trust::None`]). With [`Trust::Counts`], nothing else writes those
-//! words that give counts, or from which counts are computed, and that the program writes in every scan; their values
-//! are a least fixpoint over scans, from power-up.
+//! Between scans, other writers may write any word ([`Trust::None`]). With [`Trust::Counts`], nothing else is assumed
+//! to write those words that give counts, or from which counts are computed, and that the program writes in every scan;
+//! their values are a least fixpoint over scans, from power-up.
 
 mod condition;
 mod evaluate;
@@ -45,10 +45,11 @@ use state::Tracked;
 use std::collections::{BTreeMap, BTreeSet};
 use value::Value;
 
-/// This pass may use 1/`PARTS` of the time limit; the rest is for execution and search.
+/// This pass may use 1/`PARTS` of the time limit; the rest is for symbolic execution and search.
 const PARTS: u32 = 4;
 
-/// Bounds iterations, units and indices by the values that words can have.
+/// Bounds the iterations of loops, the units of instructions and the targets of indexed writes by the values that words
+/// can have.
 pub const PASS: Pass = Pass {
     name: "bounding counts and indices",
     run: |program, settings| {
@@ -86,19 +87,19 @@ fn narrow(program: &mut Program, settings: &Settings<'_>) {
     }
 }
 
-/// What is known about a program's words.
+/// What the analysis of a program's words gave, with one or more levels of trust.
 #[derive(Default)]
 struct ValueResults {
     /// Limits on counts and indexed writes; `None` if no scan could be analysed.
     found: Option<CountLimits>,
     /// The values of trusted words at the start of a scan.
     trusted: BTreeMap<Cell, Value>,
-    /// Words with stated ranges that the program keeps within these ranges.
+    /// Words with stated ranges of which it is proved that the program keeps them within these ranges.
     keeps: BTreeSet<Cell>,
 }
 
 impl ValueResults {
-    /// Combines two results that both hold.
+    /// Adds another result that also holds: the smaller of two limits, the common values of a trusted word.
     fn closer(&mut self, other: ValueResults) {
         match (&mut self.found, other.found) {
             (Some(found), Some(other)) => found.meet(other),
@@ -112,14 +113,16 @@ impl ValueResults {
     }
 }
 
-/// The range of a trusted word at the start of a scan.
+/// The range of a trusted word at the start of a scan, in the form in which the program stores it, still without its
+/// writers.
 fn of_word((cell, value): (Cell, Value)) -> TrustedRange {
     let (low, high) = value.signed();
     let values = value.list_for_start().unwrap_or_default();
     TrustedRange { cell, low, high, values, writers: Vec::new() }
 }
 
-/// Analyses the program with this level of trust.
+/// Analyses the program with this level of trust. The result is empty, or has only what holds without trust, if the
+/// time is over or no fixpoint was found.
 fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueResults {
     let cut = |open: &str| {
         if let Some(budget) = settings.budget {
@@ -186,7 +189,8 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     known
 }
 
-/// The stated values of words at the start of a scan, whoever wrote them.
+/// For each slot, the values that the user's ranges allow at the start of a scan, whoever wrote them; all values
+/// without a range.
 fn stated_values(program: &Program, slots: &Slots) -> Vec<Value> {
     let mut start = vec![Value::TOP; slots.cells().len()];
     for range in &program.stated_ranges {
@@ -246,7 +250,7 @@ pub fn is_unwritten_elsewhere(program: &Program, cell: Cell) -> bool {
             || !program.networks.iter().any(|(region, _)| region.contains(cell)))
 }
 
-/// Records which instructions write these words, so that reports can name them.
+/// Records for each of these words which instructions may write it, so that reports can name them.
 fn writers(program: &Program, ranges: &mut [TrustedRange]) {
     let place: BTreeMap<Cell, usize> =
         ranges.iter().enumerate().map(|(place, one)| (one.cell, place)).collect();
@@ -262,8 +266,8 @@ fn writers(program: &Program, ranges: &mut [TrustedRange]) {
     }
 }
 
-/// For each indexed write, the ranges of cells that it reaches. Two ranges are kept separate only if a word between
-/// them is read.
+/// For each indexed write whose reach is known, the ranges of cells that it reaches, each as first and last index. They
+/// are kept separate only if an instruction reads a cell between them.
 fn stretches(program: &Program, found: &CountLimits) -> BTreeMap<ChoiceId, Vec<(u32, u32)>> {
     let mut read: Option<BTreeSet<Cell>> = None;
     let mut stretches = |(&choice, reach): (&ChoiceId, &Option<Reach>)| {
@@ -281,7 +285,7 @@ fn stretches(program: &Program, found: &CountLimits) -> BTreeMap<ChoiceId, Vec<(
     found.reaches.iter().filter_map(&mut stretches).collect()
 }
 
-/// The cells that instructions read directly.
+/// The cells that instructions and the operands of choices name directly, not by an index.
 fn reads(program: &Program) -> BTreeSet<Cell> {
     let mut found = BTreeSet::new();
     for instruction in &program.instructions {
@@ -304,7 +308,8 @@ fn reads(program: &Program) -> BTreeSet<Cell> {
     found
 }
 
-/// Stores the limits in the program.
+/// Stores the limits in the program: fewer units and iterations, and fewer cells that indexed writes havoc. Records
+/// which instructions got lower limits.
 fn apply(program: &mut Program, found: &CountLimits) {
     let indexed = &program.indexed;
     let reached = stretches(program, found);
@@ -369,7 +374,8 @@ fn apply(program: &mut Program, found: &CountLimits) {
     loops::lower(program, &found.iterations);
 }
 
-/// Whether the range of an operation's result is computed if its inputs are known.
+/// Whether the abstract interpretation can compute the operation: with every word 1 as input, it knows more than any
+/// value of at least one word of the result.
 #[must_use]
 pub fn follows(program: &Program, meaning: &Meaning) -> bool {
     let mut cells = BTreeSet::new();

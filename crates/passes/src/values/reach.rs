@@ -1,8 +1,8 @@
-//! The cells that an indexed write may reach.
+//! The cells that an indexed write may reach, as ranges at equal distances.
 
 use super::integers::Integers;
 
-/// The largest number of separate ranges of cells.
+/// If there are more separate ranges of cells than this, they count as one range.
 const MAX_STRETCHES: u32 = 32;
 
 /// The cells that an indexed write may reach: `length` cells from `first` on, and from every `step`-th cell after it up
@@ -10,7 +10,7 @@ const MAX_STRETCHES: u32 = 32;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reach {
     first: u32,
-    /// The beginning of the last range.
+    /// The first cell of the last range.
     last: u32,
     /// The distance between the beginnings of two ranges; 0 if there is only one range.
     step: u32,
@@ -19,7 +19,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The ranges of `length` cells that begin at these numbers; `None` if that is beyond all areas.
+    /// The ranges of `length` cells that begin at these cell numbers; `None` if a number or the length is negative or
+    /// does not fit into 32 bits.
     pub fn of(cells: &Integers, length: i64) -> Option<Reach> {
         let reach = Reach {
             first: u32::try_from(cells.low).ok()?,
@@ -31,7 +32,7 @@ impl Reach {
         Some(reach)
     }
 
-    /// The union of two sets of ranges, over-approximated.
+    /// A set of ranges that includes both sets.
     pub fn join(self, other: Reach) -> Reach {
         let cells =
             |one: Reach| Integers::progression(one.first.into(), one.last.into(), one.step.into());
@@ -49,7 +50,8 @@ impl Reach {
         self.last + (self.length - 1)
     }
 
-    /// The intersection of two sets of ranges, over-approximated.
+    /// A set of ranges that includes the cells of both: one set if its cells lie between the ends of the other,
+    /// otherwise the range that both have in common. `self` if they have none.
     pub fn meet(self, other: Reach) -> Reach {
         let is_within = |one: Reach, of: Reach| of.first <= one.first && one.end() <= of.end();
         match (is_within(self, other), is_within(other, self)) {
@@ -64,7 +66,8 @@ impl Reach {
         }
     }
 
-    /// The ranges of cells, each as first and last cell.
+    /// The ranges of cells, each as first and last cell; one range from the first to the last cell if they leave no
+    /// gaps, or are more than [`MAX_STRETCHES`].
     pub fn stretches(self) -> Vec<(u32, u32)> {
         if self.step <= self.length || (self.last - self.first) / self.step >= MAX_STRETCHES {
             return vec![(self.first, self.end())];

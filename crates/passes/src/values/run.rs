@@ -12,14 +12,14 @@ use scanbound_ir::{ChoiceId, Effect, Instruction, Join, Program, Step, When, Wor
 use std::cell::Cell as Shared;
 use std::collections::BTreeMap;
 
-/// The largest number of instructions executed in a scan.
+/// The largest number of instructions executed in the analysis of one scan; beyond it, the scan is not analysed.
 const MAX_WORK: u64 = 4_000_000;
 /// `is_over` is called once in this many instructions.
 const EVERY: u64 = 256;
 /// A loop with a known number of iterations is executed iteration by iteration if that takes at most this many
 /// instructions.
 const EXACT_WORK: u64 = 400_000;
-/// The same limit for a loop whose number of iterations is unknown.
+/// The same limit for a loop whose smallest and largest numbers of iterations differ.
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// The number of iterations of a loop that are executed before widening begins, unless all of its iterations are
 /// executed.
@@ -29,19 +29,22 @@ const CHEAP_WORK: u64 = 10_000;
 /// The largest number of times that a loop is widened to the next limit, before it is widened to the extreme values.
 const MAX_WIDENINGS: u64 = 16;
 
-/// The limits of iterations, units and indexed writes of each instruction, over all paths.
+/// The limits of iterations, units and indexed writes that the abstract interpretation found, over all paths. A loop,
+/// instruction or write that no path reaches has no entry.
 #[derive(Debug, Default, Clone, PartialEq, Eq)]
 pub struct CountLimits {
-    /// The largest number of iterations of each loop, from the possible values of the word that gives it.
+    /// The largest number of iterations of each loop, by the index of its begin, from the values of the word that gives
+    /// it.
     pub iterations: BTreeMap<usize, i64>,
-    /// The largest number of units of each instruction.
+    /// The largest number of units of each instruction, by its index.
     pub units: BTreeMap<usize, u64>,
     /// The cells that each indexed write reaches; `None` if unknown.
     pub reaches: BTreeMap<ChoiceId, Option<Reach>>,
 }
 
 impl CountLimits {
-    /// Combines two results that both hold. An entry that exists in only one of them is taken from that one.
+    /// Combines two results that both hold: takes the smaller limits. An entry that exists in only one of them is taken
+    /// from that one.
     pub fn meet(&mut self, other: CountLimits) {
         for (at, turns) in other.iterations {
             let known = self.iterations.entry(at).or_insert(turns);
@@ -61,11 +64,11 @@ impl CountLimits {
     }
 }
 
-/// The scan took too long, or contains something that cannot be analysed.
+/// The error that the analysis of a scan took too long, or that it contains something that cannot be analysed.
 #[derive(Debug)]
 pub struct NotAnalysed;
 
-/// One activation of a routine.
+/// One execution of a routine, from its call to its return.
 #[derive(Default)]
 struct Activation {
     state: Option<State>,
@@ -87,7 +90,7 @@ impl Activation {
     }
 }
 
-/// What was recorded up to an instruction, so that the execution can return to it later.
+/// What a loop's narrowing restores: everything that was recorded before widening began.
 struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
@@ -97,7 +100,7 @@ struct Snapshot {
     ends: [Option<State>; 4],
 }
 
-/// A jump that was taken, while its target is not reached yet.
+/// A forward jump that may be taken, while its target is not reached yet: the state and results at the jump.
 #[derive(Clone)]
 struct PendingJump {
     state: State,
@@ -106,14 +109,14 @@ struct PendingJump {
     slots: BTreeMap<u32, Condition>,
 }
 
-/// The abstract execution of one scan.
+/// The abstract execution of one scan, and what it records.
 pub struct Run<'p> {
     program: &'p Program,
     followed: &'p Tracked,
     /// Returns true if the analysis must stop, because the time is over.
     is_over: &'p dyn Fn() -> bool,
     pub found: CountLimits,
-    /// The join of all values written to each word during the scan.
+    /// For each slot, all values written to its word during the scan; `None` if it was not written.
     pub written: Vec<Option<Value>>,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
@@ -160,7 +163,7 @@ impl<'p> Run<'p> {
         Evaluation { program, followed, state, holds, stamp }
     }
 
-    /// Executes the scan. Returns the state at its end, `None` if it has no end.
+    /// Executes the scan from `start`. Returns the state at its end; `None` if no path reaches an end.
     ///
     /// # Errors
     /// If it takes too long, or contains something that cannot be analysed.
@@ -349,7 +352,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Executes the effects of an instruction.
+    /// Executes the effects of an instruction on the state; `condition` is the value of `Logic::Condition`.
     fn effects(
         &mut self,
         act: &mut Activation,
@@ -523,8 +526,8 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// The state in the case that the condition is true. The remaining state excludes this case only if the condition
-    /// is certain.
+    /// Splits the state: returns it for the case that the condition is true (`None`: impossible), and leaves in `act`
+    /// what is known if it is false (nothing if it cannot be false).
     fn part(&mut self, act: &mut Activation, fires: &Condition) -> Option<State> {
         if fires.never {
             return None;
@@ -538,7 +541,8 @@ impl<'p> Run<'p> {
         possible.then_some(taken)
     }
 
-    /// The smallest and the largest number of iterations of a loop.
+    /// The smallest and the largest number of iterations of a loop, from the values of its count, within
+    /// `least..=most`. The largest is also recorded.
     fn iteration_limits(
         &mut self,
         act: &mut Activation,
@@ -654,7 +658,7 @@ impl<'p> Run<'p> {
         Ok(())
     }
 
-    /// What was recorded up to this instruction, so that the execution can return to it later.
+    /// A copy of everything that was recorded so far, for [`Run::narrow`].
     fn snapshot(&mut self, act: &Activation, exits: &Option<State>) -> Snapshot {
         // A copy counts as the work of some instructions.
         self.work +=

@@ -6,27 +6,27 @@ use super::state::Tracked;
 use super::value::Value;
 use scanbound_ir::Program;
 
-/// The largest number of scans until a fixpoint must be reached.
+/// A fixpoint must be reached within this many scans, otherwise there is none.
 const MAX_SCANS: usize = 20;
 /// After this many scans, values are widened to the next limit.
 const EXACT_SCANS: usize = 4;
 /// After this many scans, values are widened to the smallest or largest number.
 const LIMITED_SCANS: usize = 12;
-/// The number of narrowing steps after the fixpoint.
+/// The largest number of narrowing steps after the fixpoint.
 const NARROWED_SCANS: usize = 2;
 /// The largest number of instructions executed in all scans of a fixpoint.
 const MAX_FIXPOINT_WORK: u64 = 3_000_000;
 /// The largest number of instructions executed to find out which trusted words are needed.
 const MAX_REDUCING: u64 = 300_000;
 
-/// A fixpoint over scans.
+/// A fixpoint over scans: values of the trusted words that hold whenever a scan starts, and the limits that follow.
 #[derive(Default)]
 pub struct Fixpoint {
     /// The slots of the trusted words about which something is known.
     pub trusted: Vec<usize>,
-    /// The limits that hold in all scans.
+    /// The limits of iterations, units and indexed writes that hold in all scans.
     pub found: CountLimits,
-    /// The values of words at the start of every scan.
+    /// For each slot, the values of its word at the start of every scan.
     pub start: Vec<Value>,
     /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
@@ -38,20 +38,20 @@ struct ScanResult {
     left: Vec<Value>,
 }
 
-/// The input of the analysis over scans.
+/// The input of the analysis over scans: the program, what is tracked, and the values at the start of a scan.
 pub struct ScanFixpoint<'a> {
     pub program: &'a Program,
     pub followed: &'a Tracked,
-    /// The values of words at the start of a scan, whoever wrote them.
+    /// For each slot, the values that its word may have at the start of a scan, whoever wrote it.
     pub free: &'a [Value],
-    /// The slots of the words that are written in every scan.
+    /// The slots of those words without another writer that the program writes in every scan.
     pub always: Vec<usize>,
     /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
 }
 
 impl ScanFixpoint<'_> {
-    /// The fixpoint if these words are trusted. `None` if it takes too long, or a scan has no end.
+    /// The fixpoint if the words in these slots are trusted. `None` if it takes too long, or a scan has no end.
     ///
     /// A word that is not written in every scan and never changes its value from power-up must have another writer. It
     /// is removed from the trusted words, which may affect others.
@@ -120,7 +120,7 @@ impl ScanFixpoint<'_> {
 
     /// Analyses a scan with these start values: its limits, and for each trusted word the values that it may leave for
     /// the next scan. These are the values at the end of the scan and, for latched words, all values written during it,
-    /// because the power may fail at any moment.
+    /// because the power may fail at any moment. `None` if the scan cannot be analysed or has no end.
     fn scan(&self, start: &[Value], trusted: &[usize], work: &mut u64) -> Option<ScanResult> {
         let ScanFixpoint { program, followed, is_over, .. } = *self;
         let mut run = Run::new(program, followed, is_over);
@@ -162,8 +162,8 @@ impl ScanFixpoint<'_> {
         (start, scanned)
     }
 
-    /// Reduces the trusted words to those that are needed for the same limits, as far as the time allows: tries to
-    /// remove many at once, then fewer. Words in `stay` are kept; they come first.
+    /// Reduces the trusted words to those that are needed for the same limits, within [`MAX_REDUCING`] instructions:
+    /// tries to remove many at once, then fewer. Words in `stay` are kept; they come first.
     pub fn needed(&self, all: Fixpoint, stay: &[usize]) -> Fixpoint {
         let mut best = all;
         let mut work = 0;

@@ -52,7 +52,7 @@ fn entries(program: &Program) -> FxHashSet<usize> {
     targets.chain(mains).chain(interrupts).collect()
 }
 
-/// The save slots that a rung reads although it did not save anything in them.
+/// The save slots that some rung reads although it did not save anything in them before.
 fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
     let (mut own, mut saved_slots) = (FxHashSet::default(), FxHashSet::default());
     for instruction in instructions {
@@ -70,7 +70,8 @@ fn slots_kept(instructions: &[Instruction]) -> FxHashSet<u32> {
     saved_slots
 }
 
-/// Whether an instruction always continues with the next one, and affects no result of the analysis.
+/// Whether an instruction always continues with the next one, and gives no count or index and saves no result that
+/// another rung reads. Its writes are not examined.
 fn continues(program: &Program, saved_slots: &FxHashSet<u32>, at: usize) -> bool {
     let instruction = &program.instructions[at];
     let goes_on = match &instruction.step {
@@ -87,7 +88,7 @@ fn continues(program: &Program, saved_slots: &FxHashSet<u32>, at: usize) -> bool
     goes_on && instruction.counted().is_none() && !instruction.effects.iter().any(is_indexed)
 }
 
-/// Whether the instructions that follow do not read the result of the rung before them.
+/// Whether these instructions, which follow a rung, do not read its result, up to the next rung or the routine's end.
 fn needs_no_result(instructions: &[Instruction]) -> bool {
     for instruction in instructions {
         match &instruction.step {

@@ -9,11 +9,12 @@ use scanbound_ir::{
     WordTarget, Write, flow,
 };
 
-/// For an indexed read, this many words after the base are tracked at most.
+/// For an indexed read, at most this many words from the base on are relevant.
 const NEXT: u32 = 32;
 
-/// The relevant words; with `compared` also words in comparisons and words from which these are computed. Cells in
-/// `changing`, which may change at any moment, are excluded.
+/// The relevant words in ascending order: those that give counts, units or indices or have a stated range, and those
+/// from which these are computed. With `compared` also words in comparisons and those from which these are computed.
+/// Cells in `changing`, which may change at any moment, are excluded.
 pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell> {
     let mut slice = Slice {
         program,
@@ -77,8 +78,8 @@ pub fn slice(program: &Program, changing: &[Region], compared: bool) -> Vec<Cell
     found
 }
 
-/// The bits that are contacts of rungs that write a relevant word, use a count, or transfer control. Cells in
-/// `changing` are excluded.
+/// The bits that are read in rungs that write a relevant word (`words`), use a count, call or jump, in ascending order.
+/// Cells in `changing` are excluded.
 pub fn contacts(program: &Program, changing: &[Region], words: &Slots) -> Vec<Cell> {
     let mut found: FxHashSet<Cell> = FxHashSet::default();
     // Of the current rung: its bits, and whether it is relevant.
@@ -122,7 +123,7 @@ fn results(meaning: &Meaning) -> impl Iterator<Item = Cell> + '_ {
     })
 }
 
-/// For each word, the instructions that write a known value to it.
+/// For each word, the instructions that write it directly with a value that the program determines.
 fn writers(program: &Program) -> FxHashMap<Cell, Vec<usize>> {
     let mut writers: FxHashMap<Cell, Vec<usize>> = FxHashMap::default();
     let mut note = |cell, at| writers.entry(cell).or_default().push(at);
@@ -155,7 +156,7 @@ struct Slice<'p> {
     found: FxHashSet<Cell>,
     open: Vec<Cell>,
     choices: FxHashSet<ChoiceId>,
-    /// Whether words that are compared are relevant.
+    /// Whether words in comparisons are relevant.
     compared: bool,
 }
 
@@ -192,7 +193,7 @@ impl Slice<'_> {
         }
     }
 
-    /// Collects the words that an operation compares whose results are bits, if such words are relevant.
+    /// Collects the words that an operation with bits as results reads, if compared words are relevant.
     fn bits(&mut self, choice: ChoiceId) {
         if self.compared
             && let Some(ChoiceKind::Exact(meaning)) = self.program.kinds.get(&choice)

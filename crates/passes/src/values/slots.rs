@@ -5,7 +5,7 @@ use scanbound_ir::{AreaId, Cell, Region};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Cells with their slots.
+/// Tracked cells in ascending order. The slot of a cell, its index in this order, is its number in abstract states.
 pub struct Slots {
     cells: Vec<Cell>,
     slots: FxHashMap<Cell, usize>,
@@ -13,7 +13,7 @@ pub struct Slots {
 }
 
 impl Slots {
-    /// Assigns slots to these cells, which are sorted.
+    /// Assigns slots to these cells, which must be in ascending order.
     pub fn of(cells: Vec<Cell>) -> Slots {
         let slots = cells.iter().enumerate().map(|(slot, cell)| (*cell, slot)).collect();
         let mut areas: BTreeMap<AreaId, Range<usize>> = BTreeMap::new();
@@ -23,7 +23,7 @@ impl Slots {
         Slots { cells, slots, areas }
     }
 
-    /// The cells in order.
+    /// The cells in ascending order; the index of a cell is its slot.
     pub fn cells(&self) -> &[Cell] {
         &self.cells
     }
@@ -33,7 +33,7 @@ impl Slots {
         self.slots.get(&cell).copied()
     }
 
-    /// The slots of all cells in a region.
+    /// The slots of all listed cells in a region, which follow each other.
     pub fn within(&self, region: Region) -> Range<usize> {
         match region {
             Region::Everything => 0..self.cells.len(),

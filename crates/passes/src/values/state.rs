@@ -18,33 +18,34 @@ pub struct Tracked {
     /// For the first instruction of each rung that changes no tracked cell: the index of the next rung. 0 for all other
     /// instructions.
     pub behind: Vec<usize>,
-    /// The limits for widening.
+    /// The numbers to which growing words are widened.
     pub limits: WideningLimits,
 }
 
 impl Tracked {
-    /// Tracks these words and bits of a program.
+    /// Tracks these words and bits of a program, and finds the rungs that can be skipped and the limits for widening.
     pub fn of(program: &Program, words: Slots, bits: Slots) -> Tracked {
         let behind = skippable(program, &words, &bits);
         let limits = WideningLimits::of(program, &words);
         Tracked { words, bits, behind, limits }
     }
 
-    /// The state in which everything may have any value.
+    /// The state in which every word and bit may have any value.
     pub fn anything(&self) -> State {
         self.holding(vec![Value::TOP; self.words.cells().len()])
     }
 
-    /// The state in which the words have these values.
+    /// The state in which the words, by slot, have these values, and nothing is known of bits.
     pub fn holding(&self, values: Vec<Value>) -> State {
         State::new(&values, self.bits.cells().len())
     }
 }
 
-/// The number of slots in a block. States share blocks that are equal.
+/// The number of slots in a block. Copies of a state share its blocks until they change.
 const BLOCK: usize = 32;
 
-/// The abstract state at a point of the scan: what is known of words and bits.
+/// The abstract state at a point of the scan: the possible values of each tracked word, and what each tracked bit says
+/// about words and other bits.
 #[derive(Debug, Clone)]
 pub struct State {
     words: Vec<Rc<Block>>,
@@ -54,13 +55,13 @@ pub struct State {
     bits: Vec<Rc<[Bit; BLOCK]>>,
 }
 
-/// The values of some words.
+/// What is known of the words in `BLOCK` successive slots.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Block {
     values: [Value; BLOCK],
     /// The stamp of the write that gave each value. Facts refer to a stamp, so they do not apply to later values.
     stamps: [u32; BLOCK],
-    /// The recent conditional writes of each word.
+    /// The recent conditional writes of each word; `None` if the last write was certain.
     writes: [Option<Rc<Writes>>; BLOCK],
 }
 
@@ -75,25 +76,25 @@ impl Block {
     }
 }
 
-/// The conditional writes of a word.
+/// The recent writes of a word that are executed only under a condition.
 #[derive(Debug, PartialEq, Eq)]
 struct Writes {
-    /// The value before these writes.
+    /// The possible values before these writes.
     before: Value,
-    /// The writes, latest first.
+    /// The writes, latest first; at most [`MAX_WRITES`].
     perhaps: Vec<ConditionalWrite>,
 }
 
-/// What is known of a bit.
+/// What a tracked bit says about words and other bits. It is no set of values: the bit may be on or off.
 #[derive(Debug, Clone, Default)]
 struct Bit {
     /// The stamp of the bit's last write.
     stamp: u32,
-    /// What is known if the bit is on, and what is known if it is off.
+    /// What is known if the bit is on, and what is known if it is off; `None`: nothing.
     truth: Option<Rc<[Condition; 2]>>,
 }
 
-/// The blocks that contain these slots, each with the positions in the block.
+/// The numbers of the blocks that contain these slots, each with the positions of these slots in the block.
 fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
     let Range { start, end } = slots;
     (start / BLOCK..end.div_ceil(BLOCK)).map(move |place| {
@@ -102,7 +103,7 @@ fn blocks(slots: Range<usize>) -> impl Iterator<Item = (usize, Range<usize>)> {
     })
 }
 
-/// The largest number of conditional writes of a word that are remembered.
+/// The largest number of conditional writes of a word that are remembered one by one.
 const MAX_WRITES: usize = 4;
 
 impl State {
@@ -129,7 +130,8 @@ impl State {
         self.words[slot / BLOCK].writes[slot % BLOCK].as_ref()
     }
 
-    /// The value of a word if these literals are true.
+    /// The possible values of a word if these literals are true: those of its conditional writes that may then have
+    /// been executed.
     pub fn value_where(&self, slot: usize, holds: &[Literal]) -> Value {
         let all = self.value(slot);
         let Some(writes) = self.writes(slot) else { return all };
@@ -162,15 +164,15 @@ impl State {
         self.written[slot / BLOCK] & 1 << (slot % BLOCK) != 0
     }
 
-    /// Restricts the value of a word to `value`, without a new stamp.
+    /// Replaces what is known of a word by `value`, without a new stamp: the word was not written.
     pub fn restrict(&mut self, slot: usize, value: Value) {
         if self.value(slot) != value {
             Rc::make_mut(&mut self.words[slot / BLOCK]).values[slot % BLOCK] = value;
         }
     }
 
-    /// Refines the words with the facts of a condition that is true. The previous values are appended to `before`.
-    /// `false` if the condition cannot be true here.
+    /// Restricts words to what is known if the condition is true. The previous values of restricted words are appended
+    /// to `before`, so that the caller can restore them. `false` if the condition cannot be true here.
     pub fn assume(&mut self, condition: &Condition, before: &mut Vec<(usize, Value)>) -> bool {
         for known in condition.words() {
             if self.stamp(known.slot) != known.stamp {
@@ -202,7 +204,7 @@ impl State {
         true
     }
 
-    /// The value of a word if a condition is false; `None` if it cannot be false here.
+    /// The possible values of a word if a condition is false; `None` if it cannot be false here.
     pub fn value_unless(&self, slot: usize, condition: &Condition) -> Option<Value> {
         let (mut value, stamp) = (self.value(slot), self.stamp(slot));
         if let Some(ways) = condition.cases_if_false(slot, stamp) {
@@ -228,7 +230,7 @@ impl State {
         }
     }
 
-    /// Writes a value; `stamp` must be new.
+    /// Writes a value to a word for certain; `stamp` must be new.
     pub fn write(&mut self, slot: usize, value: Value, stamp: u32) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.values[at] = value;
@@ -237,7 +239,7 @@ impl State {
         self.written[slot / BLOCK] |= 1 << at;
     }
 
-    /// Sets words to any value; `stamp` must be new.
+    /// Sets words to any value, because they may have been written; `stamp` must be new.
     pub fn forget(&mut self, slots: Range<usize>, stamp: u32) {
         let all = std::cell::OnceCell::new();
         for (place, within) in blocks(slots) {
@@ -283,7 +285,8 @@ impl State {
         block.writes[at] = Some(Rc::new(Writes { before, perhaps: others }));
     }
 
-    /// The condition that a bit is on (or off), with the facts about it.
+    /// The condition that a bit is on (with `on` false, that it is off), with what is known if it is true and if it is
+    /// false.
     pub fn bit(&self, bit: usize, on: bool) -> Condition {
         let Bit { stamp, truth } = &self.bits[bit / BLOCK][bit % BLOCK];
         let literal = Literal { bit: Some(bit), stamp: *stamp, on };
@@ -370,7 +373,8 @@ impl State {
         }
     }
 
-    /// Whether this state over-approximates the other.
+    /// Whether this state allows everything that the other allows, by a quick test: the words must have equal values.
+    /// `false` may be wrong, `true` is certain.
     pub fn covers(&self, other: &State) -> bool {
         let words = |(here, there): (&Rc<Block>, &Rc<Block>)| {
             Rc::ptr_eq(here, there)

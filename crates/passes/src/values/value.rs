@@ -10,13 +10,13 @@ use scanbound_base::word_interval::WordInterval;
 pub const MAX_EXACT: usize = 8;
 /// At most this many values of a word are listed in a constraint on the start of a scan.
 const MAX_LISTED_VALUES: u32 = 256;
-/// The number of values of a word.
+/// The number of different values that a word can have.
 const ALL: u32 = 1 << 16;
 
-/// The abstract value of a word. Never empty.
+/// The abstract value of a word: a set of numbers that contains every value that the word may have. Never empty.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Value {
-    /// The interval from the first value to the last one.
+    /// The interval from the first value to the last one; it may wrap around.
     ring: WordInterval,
     /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
@@ -39,7 +39,7 @@ impl std::fmt::Debug for Value {
 pub enum Growth<'a> {
     /// To the next of these signed numbers, which are sorted; beyond the last one, to the smallest or largest number.
     To(&'a [i64]),
-    /// To the least or largest number.
+    /// To 0 or the largest signed number; to all values if there are negative numbers.
     Ends,
 }
 
@@ -64,7 +64,7 @@ impl Value {
         Value { ring: WordInterval::constant(value), step: 0, count: 1, few }
     }
 
-    /// The integers of a range, each modulo 65,536.
+    /// The integers of `low..=high`, each modulo 65,536; all values if they are more than 65,536.
     pub fn range(low: i64, high: i64) -> Value {
         match u32::try_from(high - low) {
             Ok(span) if span < ALL => Value::progression(low as u16, span, 1),
@@ -77,7 +77,7 @@ impl Value {
         Value::progression(ring.first(), ring.span().into(), 1)
     }
 
-    /// The values `first`, `first + step`, ..., up to `first + span`.
+    /// The values `first`, `first + step`, ..., up to `first + span`, each modulo 65,536.
     pub fn progression(first: u16, span: u32, step: u32) -> Value {
         let step = step.max(1);
         let span = span - span % step;
@@ -99,7 +99,7 @@ impl Value {
         Value::progression((u32::from(to) % divisor) as u16, ALL - divisor, divisor)
     }
 
-    /// The set of these values, over-approximated if there are too many; `None` if there are none.
+    /// The set of these values, over-approximated if there are more than [`MAX_EXACT`]; `None` if there are none.
     pub fn of_values(values: impl IntoIterator<Item = u16>) -> Option<Value> {
         let mut all: Vec<u16> = values.into_iter().collect();
         (!all.is_empty()).then(|| Value::few_of(&mut all))
@@ -127,7 +127,7 @@ impl Value {
         Value { ring, step: step as u16, count: all.len() as u8, few }
     }
 
-    /// The interval that contains all values.
+    /// The smallest interval known to contain all values; it may wrap around.
     pub fn ring(&self) -> WordInterval {
         self.ring
     }
@@ -137,7 +137,7 @@ impl Value {
         self.step.into()
     }
 
-    /// The list of values, if there are few.
+    /// The list of values in ascending unsigned order; `None` if they are more than [`MAX_EXACT`].
     pub fn list(&self) -> Option<&[u16]> {
         (self.count > 0).then(|| &self.few[..self.count.into()])
     }
@@ -163,7 +163,8 @@ impl Value {
         }
     }
 
-    /// The list of values, if they are not a complete range and not too many for a constraint on the start of a scan.
+    /// The list of values for a constraint on the start of a scan; `None` if they are all numbers of a range, or more
+    /// than [`MAX_LISTED_VALUES`].
     pub fn list_for_start(&self) -> Option<Vec<u16>> {
         let (low, high) = self.signed();
         if *self == Value::range(low, high) || self.size() > MAX_LISTED_VALUES {
@@ -176,7 +177,7 @@ impl Value {
         })
     }
 
-    /// An over-approximation that a constraint on the start of a scan can express: a range or a list of values.
+    /// The same set if a constraint on the start of a scan can list its values, otherwise the whole signed range.
     #[must_use]
     pub fn as_start(self) -> Value {
         let (low, high) = self.signed();
@@ -202,7 +203,7 @@ impl Value {
         }
     }
 
-    /// Whether this set contains all values of `other`.
+    /// Whether this set certainly contains all values of `other`.
     pub fn contains(&self, other: &Value) -> bool {
         match (self.list(), other.list()) {
             (_, Some(few)) => few.iter().all(|&value| self.contains_value(value)),
@@ -215,7 +216,7 @@ impl Value {
         }
     }
 
-    /// The union of two sets, over-approximated.
+    /// A set that contains all values of both sets.
     pub fn join(self, other: Value) -> Value {
         if self.contains(&other) {
             return self;
@@ -237,7 +238,7 @@ impl Value {
         Value::progression(ring.first(), ring.span().into(), step)
     }
 
-    /// The intersection of two sets, over-approximated; `None` if it is empty.
+    /// A set that contains the common values of both sets; `None` if they have none.
     pub fn meet(self, other: Value) -> Option<Value> {
         if let Some(few) = self.list() {
             return Value::of_values(
@@ -253,12 +254,12 @@ impl Value {
         Some(if one.size() <= two.size() { one } else { two })
     }
 
-    /// The intersection of two sets, over-approximated; `self` if it is empty.
+    /// A set that contains the common values of both sets; `self` if they have none.
     pub fn closer(self, other: Value) -> Value {
         self.meet(other).unwrap_or(self)
     }
 
-    /// The values that lie in an interval; all values if those would be two ranges. `None` if there are none.
+    /// The values that lie in an interval; `self` if those would be two ranges. `None` if there are none.
     fn restricted(self, to: WordInterval) -> Option<Value> {
         let (own, span, step) =
             (self.ring.first(), u32::from(self.ring.span()), self.step().max(1));
@@ -317,20 +318,20 @@ impl Value {
         }
     }
 
-    /// The first value as a signed number, if it is the smallest.
+    /// The first value of the interval as a signed number; `None` if it is not the smallest, because of wraparound.
     fn first_signed(&self) -> Option<i64> {
         let first = i64::from(self.ring.first().cast_signed());
         (first == self.signed().0).then_some(first)
     }
 
-    /// The last value as a signed number, if it is the largest.
+    /// The last value of the interval as a signed number; `None` if it is not the largest, because of wraparound.
     fn last_signed(&self) -> Option<i64> {
         let last = self.ring.first().wrapping_add(self.ring.span());
         let last = i64::from(last.cast_signed());
         (last == self.signed().1).then_some(last)
     }
 
-    /// The sums of a value of each set, modulo 65,536.
+    /// A set that contains the sums of a value of each set, modulo 65,536.
     #[must_use]
     pub fn add(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, u16::wrapping_add) {
@@ -356,14 +357,14 @@ impl Value {
         Value::progression(last.wrapping_neg(), self.ring.span().into(), self.step())
     }
 
-    /// The results of a function on all pairs of values, if there are few.
+    /// The results of a function on all pairs of values; `None` if one set has more than [`MAX_EXACT`] values.
     pub fn each_pair(self, other: Value, of: impl Fn(u16, u16) -> u16) -> Option<Value> {
         let (a, b) = (self.list()?, other.list()?);
         let pairs = a.iter().flat_map(|&a| b.iter().map(move |&b| (a, b)));
         Value::of_values(pairs.map(|(a, b)| of(a, b)))
     }
 
-    /// The results of a bitwise AND of a value of each set.
+    /// A set that contains the results of a bitwise AND of a value of each set.
     #[must_use]
     pub fn and(self, other: Value) -> Value {
         if let Some(found) = self.each_pair(other, |a, b| a & b) {
@@ -389,12 +390,12 @@ impl Value {
         Value::progression(0, high as u32, unit)
     }
 
-    /// The largest power of two that divides all values.
+    /// A power of two that divides all values.
     fn zeros(&self) -> u32 {
         gcd_of(&[self.step(), self.ring.first().into(), ALL])
     }
 
-    /// The results of a bitwise OR, or exclusive OR if `is_exclusive`, of a value of each set.
+    /// A set that contains the results of a bitwise OR, or exclusive OR if `is_exclusive`, of a value of each set.
     #[must_use]
     pub fn or(self, other: Value, is_exclusive: bool) -> Value {
         let found = self.each_pair(other, |a, b| if is_exclusive { a ^ b } else { a | b });

@@ -12,32 +12,34 @@ use scanbound_ir::{BitTarget, ChoiceId, Region, WordTarget, Write};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// A write of tracked words or bits.
+/// A write of tracked words or bits, given by slots, that an effect does if it is executed.
 pub enum To {
-    /// The slot of a bit, and what is known if the bit is on and if it is off.
+    /// The slot of a bit, and what is known if the bit is on and if it is off (`None`: nothing).
     Bit(usize, Option<[Condition; 2]>),
-    /// A value for the word in this slot, which it gets if the effect is executed.
+    /// The word in this slot gets this value.
     Word { slot: usize, value: Value },
-    /// Words that may get any value.
+    /// The words in these slots may get any value, or keep theirs.
     Words(Range<usize>),
-    /// Bits that may get any value.
+    /// The bits in these slots may get any value, or keep theirs.
     Bits(Range<usize>),
 }
 
-/// Executes one effect, and collects its writes.
+/// Evaluates one effect in an abstract state, and collects the writes that it does.
 pub struct Writer<'a> {
     /// The state before the effect, in which expressions are evaluated; the effect's guard is true in it.
     pub evaluation: Evaluation<'a>,
-    /// The result: the cells that indexed writes may reach.
+    /// A result: the cells that each indexed write may reach, over all its executions so far (`None`: unknown).
     pub reaches: &'a mut BTreeMap<ChoiceId, Option<Reach>>,
-    /// The condition of the instruction.
+    /// The value of `Logic::Condition` for the instruction: the rung's result, together with the conditions of the open
+    /// master control regions where they matter. It does not say whether the instruction is reached or fires.
     pub condition: &'a Condition,
     /// The writes collected so far.
     pub writes: Vec<To>,
 }
 
 impl Writer<'_> {
-    /// Executes a write. `done` has the choices all of whose effects were executed.
+    /// Collects what a write does. `done` has the choices whose results were already written: all effects of an
+    /// instruction with one choice are one write.
     pub fn write(&mut self, write: &Write, done: &mut FxHashSet<ChoiceId>) {
         match write {
             Write::Bit(BitTarget::Cell(cell), value) => {
@@ -107,7 +109,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Forgets everything about the bits of a region.
+    /// Collects that nothing is known any more about the tracked bits of a region.
     fn forget_bits(&mut self, region: Region) {
         let bits = self.bits().within(region);
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
@@ -123,7 +125,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The cells that an indexed write may reach.
+    /// The regions that an indexed write may reach, which are also recorded; `region` itself if they are unknown.
     fn reach(&mut self, region: Region, choice: ChoiceId) -> Vec<Region> {
         let indexed = self.evaluation.program.indexed.get(&choice);
         let Some(indexed) = indexed.filter(|one| one.may_reach(region)) else {
@@ -140,7 +142,8 @@ impl Writer<'_> {
     }
 }
 
-/// Whether the target of a result is tracked. Bits of words are not: the word may then have any value.
+/// Whether a result with this target can be followed. Not with bits of words, which leave the word any value, and not
+/// with a computed address.
 fn is_followed(to: &Target) -> bool {
     match to {
         Target::Words(_) | Target::Nowhere => true,

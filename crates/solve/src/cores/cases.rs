@@ -31,7 +31,7 @@ const CANDIDATES: usize = 128;
 /// threads.
 const TOGETHER: usize = 4;
 
-/// The decisions that the search of a case may use in each partition before the case is split.
+/// The solver decisions that the search of a case may use in each partition before the case is split.
 pub const DECISIONS: u64 = 400_000;
 
 /// A case is split without a search if its upper bound is more than this many times the best scan ...
@@ -40,10 +40,10 @@ const FAR: u64 = 2;
 /// ... unless even the best bit leaves more than 49/50 of the bound for one of its values.
 const WORTH: (u64, u64) = (49, 50);
 
-/// A case: the scans in which some literals are true.
+/// A case: the scans in which these literals are true.
 struct Case {
     literals: Vec<i32>,
-    /// The upper bound of the case.
+    /// The upper bound of the case, in picoseconds.
     upper: u64,
     state: CaseState,
 }
@@ -57,10 +57,11 @@ enum CaseState {
     Ended,
 }
 
-/// The result of processing a case: the cases into which it was split, and the bounds of its search.
+/// The result of processing a case: the cases that remain open in its place, and the bounds of its search (`None` if it
+/// was not searched).
 type CaseOutcome<'a> = (Vec<Case>, Option<Bounds<'a>>);
 
-/// A bit and the bounds for its two values, sorted by how much they lower the bound.
+/// A bit and the bounds that remain if it is on and if it is off, after the sort key: how much both lower the bound.
 type Ranked = (Reverse<u128>, i32, [u64; 2]);
 
 /// Whether a problem may be searched case by case: the number of decisions is not limited, and the clauses are neither
@@ -69,8 +70,8 @@ pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> 
     (ground.sizes.least..=MAX_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
 
-/// Searches until the bounds meet or the limits are reached. If cases would lower the bound only little, does nothing
-/// and returns the objective.
+/// Searches case by case until the bounds meet or the limits are reached; then `None`. If slices or cases would lower
+/// the bound by less than half, or the constraints are contradictory, does nothing and returns the objective.
 pub fn search(
     ground: &Ground<'_>,
     objective: Objective,
@@ -160,13 +161,13 @@ impl<'g> Split<'g> {
         self.softs.iter().filter(open).copied().collect()
     }
 
-    /// The weight that is lost if these literals are true.
+    /// The weight of the soft literals that are false if these literals are true.
     fn lost_weight(&self, literals: &[i32]) -> u64 {
         let each = |&l: &i32| self.lost[l.unsigned_abs() as usize][usize::from(l < 0)];
         literals.iter().map(each).sum()
     }
 
-    /// The bound that remains if `literal` is also assumed: 0 if it contradicts the trail.
+    /// The bound that remains of `most` if `literal` is also assumed: 0 if it contradicts the trail.
     fn remaining_bound(&self, trail: &mut Propagator, literal: i32, most: u64) -> u64 {
         let (level, known) = (trail.level(), trail.length());
         if trail.assume(literal).is_some() {
@@ -195,7 +196,7 @@ impl<'g> Split<'g> {
         self.ranked(trail, bits, most).into_iter().next().map(|(_, bit, left)| (bit, left))
     }
 
-    /// The bits that are examined in every case.
+    /// The bits that are examined in every case: those that lower the bound of the whole problem most.
     fn candidates(&self) -> Vec<i32> {
         let bits: Vec<i32> = self.ground.clauses.inputs().collect();
         let ranked = self.ranked(&mut self.propagator.clone(), &bits, self.most);
@@ -243,7 +244,7 @@ impl<'g> Split<'g> {
         (case, most)
     }
 
-    /// Bounds a case, then searches or splits it.
+    /// Bounds a case; drops it if it cannot exceed the best scan found, otherwise searches or splits it.
     fn next<'a>(
         &self,
         case: Case,

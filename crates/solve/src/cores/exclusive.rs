@@ -13,7 +13,8 @@ use std::cmp::Reverse;
 
 /// The largest number of conjuncts of a guard that are examined.
 const MAX_PARTS: usize = 4096;
-/// A literal that occurs in more guards than this is not examined, because it does not belong to one iteration or step.
+/// A literal that occurs in more than about this many guards is not examined, because it does not belong to one
+/// iteration or step.
 const FEW: usize = 16;
 /// The largest number of conjuncts of all guards together that are examined.
 const MAX_GUARD_PARTS: usize = 25_000_000;
@@ -21,7 +22,7 @@ const MAX_GUARD_PARTS: usize = 25_000_000;
 /// A problem whose mutually exclusive guards are combined. It has the same variables as the original, and the same cost
 /// under every assignment. Its circuit is the original one followed by the staircases.
 pub struct Merged {
-    /// The new problem.
+    /// The problem in which the items are combined.
     pub problem: Problem,
     /// For each item, the index of the original item. `None` if several items were combined.
     pub origins: Vec<Option<usize>>,
@@ -29,7 +30,8 @@ pub struct Merged {
     pub taken: Vec<(Vec<usize>, u64)>,
 }
 
-/// Combines the items that exclude each other by their structure.
+/// Combines the items that exclude each other by their structure: one's guard contains a literal as a conjunct, the
+/// other's its negation.
 pub fn merge(original: &Problem) -> Merged {
     let together = together(original);
     let mut member: FxHashMap<usize, usize> = FxHashMap::default();
@@ -84,7 +86,7 @@ impl Merged {
     }
 }
 
-/// Sets of at least two items that are mutually exclusive.
+/// Disjoint sets of at least two items (indices, ascending), each of mutually exclusive items.
 fn together(problem: &Problem) -> Vec<Vec<usize>> {
     // For each literal, the guards that contain it. Literals in too many guards are left to the search.
     let mut saying: FxHashMap<Lit, Vec<usize>> = FxHashMap::default();
@@ -140,7 +142,7 @@ impl<'a> Parts<'a> {
         Parts { circuit, seen: vec![0; circuit.nodes().len()], guards: 0, looked: 0 }
     }
 
-    /// Calls `see` once with each literal that is true whenever the guard is true.
+    /// Calls `see` once with the guard and with each conjunct of it, down to the inputs; fewer beyond the limits.
     fn each(&mut self, guard: Lit, mut see: impl FnMut(Lit)) {
         self.guards += 1;
         let mut open = vec![guard];

@@ -15,27 +15,28 @@ use std::sync::Mutex;
 pub(super) struct Sizes {
     /// The number of variables of the smallest partitions.
     pub(super) smallest: usize,
-    /// The largest number of conflicts of a query that counts as easy.
+    /// The largest number of conflicts of a query before a solver that branches on all variables takes over.
     pub(super) easy: u64,
     /// The smallest number of clauses of a problem that is searched case by case.
     pub(super) least: usize,
-    /// The decisions that the search of a case may use in each partition before the case is split.
+    /// The solver decisions that the search of a case may use in each partition before the case is split.
     pub(super) decisions: u64,
 }
 
-/// The problem, which is the same in all cases.
+/// The problem and its clauses, which are the same in all cases.
 pub(super) struct Ground<'a> {
     pub(super) problem: &'a Problem,
     pub(super) clauses: &'a Clauses,
     /// For each item of the clauses, the index of the original item. `None` if several items were combined.
     pub(super) origins: &'a [Option<usize>],
     pub(super) sizes: Sizes,
-    /// The bits that occur in most clauses.
+    /// The bit variables that occur in most clauses; they are tried with both values.
     pub(super) modes: Vec<VarId>,
 }
 
 impl Ground<'_> {
-    /// The objective of soft literals with these weights.
+    /// The objective of soft literals with these weights (picoseconds). What literals and their negations have in
+    /// common is at once subtracted from the upper bound.
     pub(super) fn objective(
         &self,
         formula: Formula,
@@ -50,8 +51,9 @@ impl Ground<'_> {
         objective
     }
 
-    /// Searches, with some values fixed, until the bounds meet or the limits are reached. Each partition may use this
-    /// many decisions. Returns whether any scan satisfies the constraints, as far as known.
+    /// Searches, with some values fixed (see `PartitionSearch::fixed`), until the bounds meet, the limits are reached,
+    /// or the whole program was one partition. Each partition may use this many solver decisions. Returns `false` if it
+    /// is proved that no scan satisfies the constraints.
     pub(super) fn search(
         &self,
         mut objective: Objective,

@@ -1,4 +1,5 @@
-//! The reformulated objective: the remaining soft literals, with their weights in picoseconds.
+//! The reformulated objective: the soft literals that remain after cores were subtracted, with their weights in
+//! picoseconds.
 
 use crate::formula::Formula;
 use crate::totalizer::Totalizer;
@@ -21,7 +22,7 @@ fn rank(literal: i32, weight: u64) -> Rank {
 ///
 /// It can be split into partitions of the program, which are solved independently, and joined again.
 pub struct Objective {
-    /// The clauses so far.
+    /// The hard clauses so far: those of the circuit, and those of relaxed cores and slices.
     pub formula: Formula,
     /// The number of the circuit's variables. Each is its own position in the order of execution.
     circuit: usize,
@@ -35,7 +36,7 @@ pub struct Objective {
     counted: BTreeMap<i32, (usize, usize)>,
     /// For each soft literal that says that one member of a slice is true: its position in the order of execution.
     sliced: FxHashMap<i32, usize>,
-    /// The weight of the cores found since the last call of `take_falsified`.
+    /// The weight that every scan loses by what was found since the last call of `take_falsified`.
     falsified: u64,
 }
 
@@ -54,13 +55,13 @@ impl Objective {
         }
     }
 
-    /// The weight of the cores found since the last call. Every scan loses at least this weight, so the bound falls by
-    /// it.
+    /// The weight of the cores found since the last call, in picoseconds. Every scan loses at least this weight, so the
+    /// bound falls by it.
     pub fn take_falsified(&mut self) -> u64 {
         std::mem::take(&mut self.falsified)
     }
 
-    /// The weight that is lost if the literal is false.
+    /// The weight that is lost if the literal is false, in picoseconds; 0 if it is no soft literal.
     pub fn weight(&self, literal: i32) -> u64 {
         self.weights.get(&literal).copied().unwrap_or(0)
     }
@@ -153,8 +154,8 @@ impl Objective {
     }
 
     /// Relaxes a core whose `weight` was subtracted: adds the soft literal that no second literal of the core is false.
-    /// `forced` may show that a literal cannot be true; then more of them must be false. Returns the literals whose
-    /// weight increased.
+    /// `forced` may show that such a literal cannot be true; then the next one, for one more false literal, takes its
+    /// place. Returns the soft literals to which weight was added.
     pub fn relax(
         &mut self,
         core: &[i32],
@@ -241,7 +242,8 @@ impl Objective {
         split
     }
 
-    /// Joins the partitions again, in their order.
+    /// Takes back all soft literals and clauses of the partitions, which must be in their order. Variables that they
+    /// added are renumbered.
     pub fn join(&mut self, partitions: impl IntoIterator<Item = Objective>) {
         let shared = self.formula.variable_count();
         let mut order = Vec::new();

@@ -9,11 +9,11 @@ use crate::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
 
-/// The number of decisions, besides assumptions, to find out whether a core without one of its literals is still a
-/// core.
+/// The number of solver decisions, besides those for assumptions, to find out whether a core without one of its
+/// literals is still a core.
 const CORE_EFFORT: u64 = 30;
 
-/// The number of decisions to find out whether a second literal of a core must be false.
+/// The number of solver decisions to find out whether a second literal of a core must be false.
 const COUNT_EFFORT: u64 = 10;
 
 /// In the search of a case, the reduction of a core stops after this many literals turned out to be needed.
@@ -21,13 +21,14 @@ const PATIENCE: usize = 30;
 
 /// A partition while it is solved separately.
 pub struct Partition {
-    /// The positions of the partition in the order of execution.
+    /// The positions of the partition in the order of execution; each variable of the circuit is its own position.
     pub positions: Range<usize>,
     /// The soft literals and clauses of the partition.
     pub objective: Objective,
-    /// The values of the partition's variables in the last scan found for it; empty if there is none.
+    /// The values of the partition's variables when all its soft literals could be true together; empty if the search
+    /// ended before.
     pub values: Vec<bool>,
-    /// Whether the clauses of the partition are contradictory.
+    /// Whether the clauses of the partition are proved contradictory: no scan satisfies the constraints.
     pub contradiction: bool,
     /// The cores that were found, if a trace is requested.
     pub trace: Trace,
@@ -40,8 +41,8 @@ impl Partition {
         Partition { positions, objective, values, contradiction: false, trace }
     }
 
-    /// Extracts cores until all soft literals can be true together. If this is the `whole` program, every model is a
-    /// scan.
+    /// Extracts cores until all remaining soft literals can be true together, the clauses are contradictory, or the
+    /// limits are reached. If this is the `whole` program, every model of the solver is a scan and is recorded.
     ///
     /// Every round goes stratum by stratum: asked for all soft literals of a project of 64 stations at once, the solver
     /// took minutes.
@@ -129,8 +130,9 @@ impl Partition {
         }
     }
 
-    /// Minimises a core with a small effort. Cores of two are left unchanged, because soft literals that cannot be true
-    /// alone are rare. For a core of thousands of literals, a query takes so long that the limits may stop it.
+    /// A smaller core, found with a small effort: leaves out literals without which it is still a core, until
+    /// `patience` literals turned out to be needed. Cores of two are left unchanged, because soft literals that cannot
+    /// be true alone are rare. For a core of thousands of literals, a query takes so long that the limits may stop it.
     fn minimised(
         &self,
         mut core: Vec<i32>,
@@ -164,7 +166,7 @@ impl Partition {
 /// A solver that gets the new clauses of a growing formula before each query.
 struct Asker<'a> {
     limits: &'a Limits<'a>,
-    /// Values to try first, from earlier partitions.
+    /// For each variable, the value to try first, from the partitions of the round before.
     hints: &'a [bool],
     oracle: Oracle<'a>,
     /// The number of the formula's clauses that the solver already has.
@@ -180,7 +182,8 @@ impl<'a> Asker<'a> {
         Asker { limits, hints, oracle, passed_clauses: 0, easy: search.easy }
     }
 
-    /// Whether the clauses and assumptions can be true together; `None` if this takes more decisions.
+    /// Whether the clauses of `formula` and the assumptions can be true together; `None` if this takes more than
+    /// `decisions` solver decisions, or the limits are reached.
     fn ask(&mut self, formula: &Formula, assumptions: &[i32], decisions: u64) -> Option<bool> {
         let effort = Effort { decisions, conflicts: self.easy };
         let answer = self.ask_with(formula, assumptions, effort);

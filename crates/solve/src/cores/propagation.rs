@@ -19,7 +19,7 @@ use std::collections::BinaryHeap;
 /// The number of variables, of those in most clauses, that are examined as pivots.
 const CANDIDATES: usize = 16;
 
-/// A pivot is a literal that at least this many soft literals need, and that as many exclude.
+/// A pivot is a literal that at least this many soft literals need, and that at least as many exclude.
 const FEWEST: usize = 8;
 
 /// The largest number of passes; further cores are left to the solver.
@@ -54,7 +54,8 @@ struct Pivot {
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl PartitionSearch<'_, '_> {
-    /// Extracts the cores that unit propagation finds in a few passes.
+    /// Extracts and relaxes the cores that unit propagation finds in at most [`PASSES`] passes, and records the scan
+    /// that each pass leads to.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
         // The arena stores the length and the literals of each clause with more than two literals.
@@ -84,7 +85,8 @@ impl PartitionSearch<'_, '_> {
         }
     }
 
-    /// Assumes every soft literal once. Returns whether one more pass may find more cores.
+    /// Assumes every soft literal once, and extracts a core for each that cannot be true. Returns whether one more pass
+    /// may find more cores.
     fn pass(&self, objective: &mut Objective, extraction: &mut Extraction) -> bool {
         extraction.trail.retract_to(0);
         extraction.learn(objective);
@@ -186,7 +188,7 @@ impl Extraction {
     }
 }
 
-/// Replaces each pivot in a core by the heaviest soft literal that needs it.
+/// Replaces each pivot in a core that is no soft literal itself by the heaviest soft literal that needs it.
 fn without_pivots(mut core: Vec<i32>, pivots: &mut [Pivot], objective: &Objective) -> Vec<i32> {
     for literal in &mut core {
         let pivot = pivots.iter_mut().find(|pivot| pivot.literal == *literal);

@@ -17,9 +17,9 @@ pub(super) struct PartitionSearch<'a, 'b> {
     /// For each item of the clauses, the index of the original item. `None` if several items were combined.
     pub(super) origins: &'a [Option<usize>],
     pub(super) limits: &'b Limits<'b>,
-    /// The decisions that each partition may use; `None` if they are unlimited.
+    /// The solver decisions that each partition may use; `None` if only `limits` limits them.
     pub(super) decisions: Option<u64>,
-    /// The largest number of conflicts of a query that counts as easy.
+    /// The largest number of conflicts of a query before a solver that branches on all variables takes over.
     pub(super) easy: u64,
     pub(super) bounds: Mutex<&'a mut Bounds<'b>>,
     /// For each variable of the circuit, from 1: its value in the last scan found for its partition. Empty in the first
@@ -40,7 +40,7 @@ impl<'a, 'b> PartitionSearch<'a, 'b> {
         self.bounds().exact() || self.limits.reached()
     }
 
-    /// The trace entry of a core of this weight.
+    /// The trace entry of a core of this weight (picoseconds).
     pub(super) fn core(&self, core: &[i32], weight: u64) -> Step {
         let items = self.clauses.items.iter().zip(self.origins);
         let items: Vec<usize> = items
@@ -50,8 +50,8 @@ impl<'a, 'b> PartitionSearch<'a, 'b> {
         Step::Core { counts: core.len().saturating_sub(items.len()), items, weight: Picos(weight) }
     }
 
-    /// Records a model of the whole program. A soft literal that weighs more than the gap between the bounds is true in
-    /// every better scan, so it is hardened: it becomes a clause.
+    /// Records a solver's model of the whole program as a scan. A soft literal that then weighs more than the gap
+    /// between the bounds is true in every better scan, so it is hardened: it becomes a clause.
     pub(super) fn record_assignment(&self, objective: &mut Objective, holds: impl Fn(i32) -> bool) {
         let mut bounds = self.bounds();
         bounds.falsified(objective.take_falsified());

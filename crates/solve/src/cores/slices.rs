@@ -21,18 +21,19 @@ struct Slice {
     weight: u64,
 }
 
-/// The slices of some soft literals.
+/// The slices found for some soft literals, in the order in which they are to be applied.
 #[derive(Default)]
 pub struct Slices {
     /// The soft literals that cannot be true.
     never: Vec<i32>,
     slices: Vec<Slice>,
-    /// By how much the slices and the literals in `never` lower the bound.
+    /// By how much the slices and the literals in `never` lower the bound, in picoseconds.
     pub off: u64,
 }
 
 impl Slices {
-    /// The slices of the soft literals that are unassigned on a trail.
+    /// The slices of these soft literals, which must be unassigned on the trail. None if they are more than
+    /// [`MAX_SOFT`].
     pub fn of(softs: &[(i32, u64)], trail: &mut Propagator) -> Slices {
         let mut found = Slices::default();
         if softs.len() > MAX_SOFT {
@@ -70,7 +71,7 @@ impl Slices {
         found
     }
 
-    /// Applies the slices to an objective with these soft literals.
+    /// Applies the slices to an objective; `softs` must be the soft literals for which they were found.
     pub fn take(&self, softs: &[(i32, u64)], objective: &mut Objective) {
         for &literal in &self.never {
             objective.subtract_core(&[literal]);

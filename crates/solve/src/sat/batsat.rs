@@ -23,7 +23,8 @@ impl Sat {
         Sat(oracle)
     }
 
-    /// Whether all assumptions can be true together; `None` if this takes more effort.
+    /// Whether all assumptions can be true together; `None` if this takes more than `effort` decisions, or a sixteenth
+    /// as many conflicts.
     pub fn check(&mut self, assumptions: &[i32], effort: u32) -> Option<bool> {
         let decisions = u64::from(effort);
         self.0.ask(assumptions, Effort { decisions, conflicts: decisions / DECISIONS })
