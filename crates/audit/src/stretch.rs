@@ -58,15 +58,16 @@ struct Part {
     returned: PassedTimes,
     /// The times at the places where an END or FEND ends the main routine within the part.
     ended: PassedTimes,
-    /// The times at the places where the scan ends within the part.
+    /// The times at the places within the part where a stop or an endless loop ends the whole scan.
     stopped: PassedTimes,
     /// The times at jumps out of the part, by the target of the jump.
     exits: BTreeMap<usize, PassedTimes>,
 }
 
 impl Part {
-    /// Adds to this part another one (a routine or a loop's iteration) that begins where `from` is the state: its times
-    /// are added to those since the last watchdog restart.
+    /// Includes another part (a routine or a loop's iteration) that begins where `from` is the state. Its time to its
+    /// first watchdog restart is added to the times in `from`; its stretches between restarts count as they are; where
+    /// it ends the main routine or the scan, the times are joined. Its end, returns and jumps are left to the caller.
     fn enter(&mut self, from: PassedTimes, part: &Part) {
         let longest = |passed: Option<u128>| Some(passed?.saturating_add(part.head?));
         self.head = self.head.max(longest(from.through));

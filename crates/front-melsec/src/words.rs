@@ -45,7 +45,8 @@ pub(super) fn is_pointer(word: &str) -> bool {
         .is_some_and(|digits| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Whether a word can be a mnemonic: letters, digits and the signs that occur in mnemonics.
+/// Whether a word can be a mnemonic: letters of any script, digits and the signs that occur in mnemonics, not beginning
+/// with a digit.
 pub(super) fn can_be_mnemonic(word: &str) -> bool {
     !word.is_empty()
         && !word.starts_with(|c: char| c.is_ascii_digit())

@@ -10,7 +10,8 @@ use scanbound_front::operand_spans;
 use scanbound_ir::{AccessedDevices, Cell, Device, Region};
 use std::sync::Arc;
 
-/// Stands for an unknown number of cells. The price then uses the instruction's units.
+/// Stands for an unknown number of cells: the price then counts twice as many cells as the instruction processes units,
+/// but at least 8.
 const MANY: u32 = u32::MAX / 2;
 
 /// The operands of an instruction that are devices, each with its byte range in the instruction's text.

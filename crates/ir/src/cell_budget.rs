@@ -10,8 +10,8 @@ use super::{ChoiceId, Effect, Region, Write};
 const MAX_CELLS: usize = 2_000_000;
 /// The effects of an instruction with at most this many cells are neither counted nor replaced.
 const FEW: usize = 16;
-/// What an operation adds to the count besides the cells that its operands list, and what an operand of computed
-/// address or a Boolean expression adds.
+/// Counted as this many cells: each operation, besides its operands; each operand or result whose address is computed;
+/// each operand that is a Boolean expression.
 const KNOWN: usize = 12;
 
 /// The number of cells that a program has listed so far.

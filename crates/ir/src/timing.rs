@@ -2,7 +2,8 @@
 
 use super::{Frame, Region, WordSource};
 
-/// The number of units (words, digits, characters ...) that an instruction processes, for times per unit.
+/// The number of units (words, digits, characters ...) that this instruction processes, by which a time per unit in the
+/// timing table is multiplied.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Units {
     /// The instruction's time does not depend on a number of units.

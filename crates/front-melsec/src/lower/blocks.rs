@@ -221,8 +221,8 @@ impl Lowering<'_> {
     }
 }
 
-/// Whether a block is written over cells that the same instruction reads at other positions, so that the order of its
-/// moves matters.
+/// Whether a block may be written over cells that the same instruction reads at other positions, so that the order of
+/// its steps matters. True for targets that are not whole cells, which are not compared.
 fn is_displaced_overlap(read: &[WordSource], written: &[WordTarget]) -> bool {
     let cell = |word: &WordSource| match word {
         WordSource::Cell(cell) => Some(*cell),

@@ -13,7 +13,8 @@ use std::ops::Range;
 /// literals is still a core.
 const CORE_EFFORT: u64 = 30;
 
-/// The number of solver decisions to find out whether a second literal of a core must be false.
+/// The largest number of solver decisions for each question whether one more literal of a core (a second, a third, and
+/// so on) must be false.
 const COUNT_EFFORT: u64 = 10;
 
 /// In the search of a case, the reduction of a core stops after this many literals turned out to be needed.
