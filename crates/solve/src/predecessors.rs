@@ -43,6 +43,7 @@ pub struct Predecessors<'a> {
     /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
     oracle: Oracle<'a>,
+    limits: &'a Limits<'a>,
     /// The number of the last variable of the solver.
     variables: i32,
     queries: usize,
@@ -82,7 +83,7 @@ impl<'a> Predecessors<'a> {
         let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
         let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
-        Predecessors { bits, literals, oracle, variables, queries: 0 }
+        Predecessors { bits, literals, oracle, limits, variables, queries: 0 }
     }
 
     /// A part of the state (values of some of its bits) that occurs at the start of no scan in a run that begins with
@@ -159,6 +160,10 @@ impl<'a> Predecessors<'a> {
 
     /// Asks for a scan that leaves the state and starts in another one.
     fn predecessor(&mut self, state: &[(usize, bool)]) -> Predecessor {
+        // The solver looks at the clock only in long queries, and these are mostly short.
+        if self.limits.reached() {
+            return Predecessor::Unknown;
+        }
         let mut assumed = Vec::new();
         for &(bit, value) in state {
             match if value { self.bits[bit].on } else { self.bits[bit].off } {
