@@ -66,11 +66,14 @@ impl RunResults {
     }
 
     /// If the best run is impossible, sets its time to 0 and removes its events: nothing is then known of any scan.
-    fn without_impossible(mut self) -> RunResults {
-        if !self.best.is_possible() {
-            self.best.replay.total = Picos::ZERO;
-            self.best.replay.events.clear();
-        }
+    fn without_impossible(self) -> RunResults {
+        if self.best.is_possible() { self } else { self.without_time() }
+    }
+
+    /// Sets the best run's time to 0 and removes its events: nothing is then known of any scan.
+    pub(super) fn without_time(mut self) -> RunResults {
+        self.best.replay.total = Picos::ZERO;
+        self.best.replay.events.clear();
         self
     }
 

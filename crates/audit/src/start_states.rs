@@ -18,7 +18,7 @@ use scanbound_passes::values::Trust;
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, lower_bound_scan_to_end, scan_model_to_end, scan_model_within};
 use scanbound_solve::Limits;
-use scanbound_solve::predecessors::{Predecessors, StateBit};
+use scanbound_solve::predecessors::{Predecessors, StartState, StateBit};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -29,13 +29,14 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// The most relays and words of the program whose states are examined.
+/// The most relays and words of the program whose states are examined. With more, whether they occur is not decided.
 const MAX_RELAYS: usize = 200;
 const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
-/// in time or after many replacements, either the last run stays or its time is set to 0. `longest` is the start of the
-/// model's longest scan, which takes `upper`.
+/// within the limits, its time is set to 0 where all start states are those that the program reaches
+/// ([`Trust::All`]); otherwise the last run stays. `longest` is the start of the model's longest scan, which takes
+/// `upper`.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -90,13 +91,25 @@ pub(super) fn keep_possible(
         trust,
         limits: &limits,
     };
-    let Some((bits, mut states)) = left.find() else { return Ok(found) };
+    let undecided = |found: RunResults| match trust {
+        Trust::All => found.without_time(),
+        _ => found,
+    };
+    let (bits, mut states) = match left.find() {
+        Ok(Some(left)) => left,
+        Ok(None) => return Ok(found),
+        Err(TooLarge) => return Ok(undecided(found)),
+    };
     for _ in 0..MAX_ROUNDS {
         let started = search.started(&found.witness);
         let state =
             |(at, bit): (usize, &BitTarget)| Some((at, bit_of(*started.get(&bit.cell())?, *bit)));
         let state: Vec<(usize, bool)> = bits.iter().enumerate().filter_map(state).collect();
-        let Some(part) = states.excluded(&state) else { return Ok(found) };
+        let part = match states.occurs(&state) {
+            StartState::MayOccur => return Ok(found),
+            StartState::Undecided => return Ok(undecided(found)),
+            StartState::Excluded(part) => part,
+        };
         let holds = |&(bit, value): &(usize, bool)| {
             let on = Logic::Bit(bits[bit].source());
             if value { on } else { on.not() }
@@ -109,9 +122,7 @@ pub(super) fn keep_possible(
         }
     }
     // It is not decided whether a scan leaves this state, so no lower bound may rest on it.
-    found.best.replay.total = Picos::ZERO;
-    found.best.replay.events.clear();
-    Ok(found)
+    Ok(found.without_time())
 }
 
 /// The longest real run in which no timer runs out, in this scan or before it. `None` if that makes no difference.
@@ -172,6 +183,9 @@ fn bit_of(value: u16, bit: BitTarget) -> bool {
     }
 }
 
+/// There are too many relays or words, or the scan is too large, or the time is over.
+struct TooLarge;
+
 /// Finds which states a scan leaves.
 struct States<'a> {
     program: &'a Program,
@@ -184,8 +198,8 @@ struct States<'a> {
 
 impl<'a> States<'a> {
     /// The bits that hold when a scan starts what the scan before left, and the solver that knows which of their states
-    /// occur. `None` if there are no such bits, or the scan is too large.
-    fn find(&self) -> Option<(Vec<BitTarget>, Predecessors<'a>)> {
+    /// occur. `None` if there are no such bits.
+    fn find(&self) -> Result<Option<(Vec<BitTarget>, Predecessors<'a>)>, TooLarge> {
         let (model, _) = self.scan(&[], Purpose::LowerBound)?;
         let memories = memories(self.program, &model);
         let exclusive = ExclusiveRelays::of(self.program, self.trust);
@@ -195,18 +209,25 @@ impl<'a> States<'a> {
             let words = words(&model).into_iter();
             let words = words.filter(|&cell| exclusive.is_word_left_by_scan(cell));
             let bits = |cell| (0..16).map(|bit| BitTarget::WordBit(cell, bit)).collect();
-            left.extend(words.take(MAX_WORDS).map(bits));
+            left.extend(words.map(bits));
+            if left.len() > MAX_WORDS {
+                return Err(TooLarge);
+            }
             let known: BTreeSet<BitTarget> =
                 left.iter().flatten().chain(&memories).copied().collect();
             let relays = reachable::read(&model).into_iter();
             let is_left = |bit: &BitTarget| !known.contains(bit) && exclusive.is_left_by_scan(*bit);
-            left.extend(relays.filter(is_left).take(MAX_RELAYS).map(|bit| vec![bit]));
+            let relays: Vec<BitTarget> = relays.filter(is_left).collect();
+            if relays.len() > MAX_RELAYS {
+                return Err(TooLarge);
+            }
+            left.extend(relays.into_iter().map(|bit| vec![bit]));
         }
         loop {
             let mut bits: Vec<BitTarget> =
                 memories.iter().chain(left.iter().flatten()).copied().collect();
             if bits.is_empty() {
-                return None;
+                return Ok(None);
             }
             let count = bits.len();
             // Whether the program may change a cell is asked of all that scans may do.
@@ -219,20 +240,26 @@ impl<'a> States<'a> {
                 // What the program never changes is changed by others. No lower bound rests on what others write to
                 // a timer or a counter.
                 exclusive.takes_any_value(cell[0])
-                    || places
-                        .any(|(at, &bit)| states.excluded(&[(at, !self.initial(bit))]).is_none())
+                    || places.any(|(at, &bit)| {
+                        let changed = [(at, !self.initial(bit))];
+                        !matches!(states.occurs(&changed), StartState::Excluded(_))
+                    })
             });
             if left.len() == before {
                 drop(states);
                 bits.truncate(count);
                 let states = self.predecessors(&mut bits, Purpose::LowerBound)?;
-                return Some((bits, states));
+                return Ok(Some((bits, states)));
             }
         }
     }
 
     /// The model of a scan, and whether it leaves these bits on.
-    fn scan(&self, bits: &[BitTarget], purpose: Purpose) -> Option<(ScanModel, Vec<Lit>)> {
+    fn scan(
+        &self,
+        bits: &[BitTarget],
+        purpose: Purpose,
+    ) -> Result<(ScanModel, Vec<Lit>), TooLarge> {
         let is_over = || self.limits.reached();
         let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
         match purpose {
@@ -241,7 +268,7 @@ impl<'a> States<'a> {
                 lower_bound_scan_to_end(self.program, &self.times, self.knowledge, &size, bits)
             }
         }
-        .ok()
+        .map_err(|_| TooLarge)
     }
 
     /// The solver for these bits. Adds the flags that are on in the first scan of a run only.
@@ -249,7 +276,7 @@ impl<'a> States<'a> {
         &self,
         bits: &mut Vec<BitTarget>,
         purpose: Purpose,
-    ) -> Option<Predecessors<'a>> {
+    ) -> Result<Predecessors<'a>, TooLarge> {
         let program = self.program;
         let (full, ends) = self.scan(bits, purpose)?;
         let (mut model, ends) = match purpose {
@@ -282,7 +309,7 @@ impl<'a> States<'a> {
             bits.extend(program.power_up.after_clear);
             kept.push(flag(start));
         }
-        Some(Predecessors::new(&model, kept, self.limits))
+        Ok(Predecessors::new(&model, kept, self.limits))
     }
 
     /// What the scan before may be assumed to have found: it may leave anything where the result of an instruction is

@@ -14,14 +14,24 @@ use scanbound_model::{Lit, ScanModel, VarId};
 
 /// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
-/// How many scans before the one in question are looked for, and the most queries for one state.
-const DEPTH: usize = 6;
+/// The most queries for one state.
 const QUERIES: usize = 128;
 /// The most queries that make an excluded part of a state smaller.
 const SMALLER: usize = 24;
 
 /// Values of some bits: indices into the list of bits, each with its value.
 pub type State = Vec<(usize, bool)>;
+
+/// Whether a scan starts in a state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StartState {
+    /// A run begins with it, or a first scan leaves it, or a scan that starts in such a state, and so on.
+    MayOccur,
+    /// None does: these values, a part of the state, occur at the start of no scan.
+    Excluded(State),
+    /// The limits ended the search before.
+    Undecided,
+}
 
 /// A bit that keeps its value from the end of a scan to the start of the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,32 +96,64 @@ impl<'a> Predecessors<'a> {
         Predecessors { bits, literals, oracle, limits, variables, queries: 0 }
     }
 
-    /// A part of the state (values of some of its bits) that occurs at the start of no scan in a run that begins with
-    /// the initial values, by the model. `None` if the state may occur, or the search took too long.
-    pub fn excluded(&mut self, state: &[(usize, bool)]) -> Option<State> {
+    /// Whether a scan of a run that begins with the initial values starts in this state (values of some bits), by the
+    /// model.
+    pub fn occurs(&mut self, state: &[(usize, bool)]) -> StartState {
         self.queries = QUERIES;
-        self.never(state, DEPTH)
+        self.search(state)
     }
 
-    fn never(&mut self, state: &[(usize, bool)], depth: usize) -> Option<State> {
-        if self.may_begin(state) {
-            return None;
-        }
-        while self.queries > 0 {
+    fn search(&mut self, state: &[(usize, bool)]) -> StartState {
+        // States whose predecessors are searched, each left by a scan that starts in the next one.
+        let mut chain: Vec<State> = vec![state.to_vec()];
+        while let Some(state) = chain.last().cloned() {
+            if self.may_begin(&state) || matches!(self.left_by_first(&state), Some(true)) {
+                return StartState::MayOccur;
+            }
+            if self.queries == 0 {
+                return StartState::Undecided;
+            }
             self.queries -= 1;
-            match self.predecessor(state) {
-                Predecessor::Never(core) => return Some(self.exclude(core, state)),
-                Predecessor::Scan(previous) => {
-                    if let Some(part) = self.inductive_part(state, &previous) {
-                        return Some(part);
+            let part = match self.predecessor(&state) {
+                Predecessor::Never(core) => self.exclude(core, &state),
+                Predecessor::Scan(previous) => match self.inductive_part(&state, &previous) {
+                    Some(part) => part,
+                    None => {
+                        chain.push(previous);
+                        continue;
                     }
-                    // Once the earlier state is excluded, another scan may leave this one.
-                    self.never(&previous, depth.checked_sub(1)?)?;
-                }
-                Predecessor::Unknown => return None,
+                },
+                Predecessor::Unknown => return StartState::Undecided,
+            };
+            // Once a state is excluded, another scan may leave the state before it in the chain.
+            chain.pop();
+            if chain.is_empty() {
+                return StartState::Excluded(part);
             }
         }
-        None
+        StartState::Undecided
+    }
+
+    /// Whether a scan that starts with the initial values leaves the state. `None` if that is not decided.
+    fn left_by_first(&mut self, state: &[(usize, bool)]) -> Option<bool> {
+        if self.limits.reached() {
+            return None;
+        }
+        let starts: Vec<(Lit, bool)> =
+            self.bits.iter().map(|bit| (bit.start, bit.initial)).collect();
+        let ends = state.iter().map(|&(bit, value)| {
+            let bit = self.bits[bit];
+            (if value { bit.on } else { bit.off }, true)
+        });
+        let mut assumed = Vec::new();
+        for (lit, value) in starts.into_iter().chain(ends.collect::<Vec<_>>()) {
+            match if value { lit } else { !lit } {
+                Lit::TRUE => {}
+                Lit::FALSE => return Some(false),
+                lit => assumed.push(self.literal(lit)),
+            }
+        }
+        self.oracle.ask(&assumed, Effort::decisions(DECISIONS + assumed.len() as u64))
     }
 
     /// A part of a state that no scan leaves unless it starts with it, and with which no run begins; it is also
@@ -264,13 +306,16 @@ mod tests {
             vec![free, free, circuit.and(bits[0], free)]
         };
         let mut asked = asked(3, ends, &[false; 3], &limits);
-        let mut part = asked.excluded(&[(0, true), (1, false), (2, false)]).expect("impossible");
+        let StartState::Excluded(mut part) = asked.occurs(&[(0, true), (1, false), (2, false)])
+        else {
+            panic!("it is impossible");
+        };
         part.sort_unstable();
         assert_eq!(part, [(0, true), (1, false)]);
-        assert_eq!(asked.excluded(&[(0, true), (1, true)]), None);
+        assert_eq!(asked.occurs(&[(0, true), (1, true)]), StartState::MayOccur);
         // Bit 2 follows one scan behind.
-        assert_eq!(asked.excluded(&[(0, true), (1, true), (2, true)]), None);
-        assert!(asked.excluded(&[(0, false), (2, true)]).is_some());
+        assert_eq!(asked.occurs(&[(0, true), (1, true), (2, true)]), StartState::MayOccur);
+        assert!(matches!(asked.occurs(&[(0, false), (2, true)]), StartState::Excluded(_)));
     }
 
     #[test]
@@ -281,11 +326,11 @@ mod tests {
         };
         let limits = Limits::default();
         let mut begins_off = asked(3, ends, &[false; 3], &limits);
-        assert_eq!(begins_off.excluded(&[(2, true)]), Some(vec![(2, true)]));
+        assert_eq!(begins_off.occurs(&[(2, true)]), StartState::Excluded(vec![(2, true)]));
         // A run begins with both off.
-        assert_eq!(begins_off.excluded(&[(0, false), (1, false), (2, false)]), None);
+        assert_eq!(begins_off.occurs(&[(0, false), (1, false), (2, false)]), StartState::MayOccur);
         let mut begins_on = asked(3, ends, &[true, true, false], &limits);
-        assert_eq!(begins_on.excluded(&[(2, true)]), None);
+        assert_eq!(begins_on.occurs(&[(2, true)]), StartState::MayOccur);
     }
 
     #[test]
@@ -296,10 +341,32 @@ mod tests {
         };
         let limits = Limits::default();
         let mut begins_off = asked(3, ends, &[false; 3], &limits);
-        assert_eq!(begins_off.excluded(&[(0, true), (1, true)]), Some(vec![(0, true)]));
-        assert_eq!(begins_off.excluded(&[(1, false), (2, true)]), None);
+        assert_eq!(
+            begins_off.occurs(&[(0, true), (1, true)]),
+            StartState::Excluded(vec![(0, true)])
+        );
+        assert_eq!(begins_off.occurs(&[(1, false), (2, true)]), StartState::MayOccur);
         let mut begins_on = asked(3, ends, &[true, false, false], &limits);
-        assert_eq!(begins_on.excluded(&[(0, true), (1, true)]), None);
-        assert_eq!(begins_on.excluded(&[(0, false)]), Some(vec![(0, false)]));
+        assert_eq!(begins_on.occurs(&[(0, true), (1, true)]), StartState::MayOccur);
+        assert_eq!(begins_on.occurs(&[(0, false)]), StartState::Excluded(vec![(0, false)]));
+    }
+
+    #[test]
+    fn states_are_followed_over_many_scans_unless_the_time_is_over() {
+        // A bit walks from 0 to 9; the last one stays with it.
+        let ends = |_: &mut Circuit, bits: &[Lit], free| {
+            std::iter::once(free).chain(bits[..9].iter().copied()).collect()
+        };
+        let limits = Limits::default();
+        let mut walking = asked(10, ends, &[false; 10], &limits);
+        assert_eq!(walking.occurs(&[(9, true)]), StartState::MayOccur);
+        let never = |_: &mut Circuit, bits: &[Lit], _| {
+            std::iter::once(Lit::FALSE).chain(bits[..9].iter().copied()).collect()
+        };
+        let mut still = asked(10, never, &[false; 10], &limits);
+        assert!(matches!(still.occurs(&[(9, true)]), StartState::Excluded(_)));
+        let late = Limits { deadline: Some(std::time::Instant::now()), ..Limits::default() };
+        let mut late = asked(10, ends, &[false; 10], &late);
+        assert_eq!(late.occurs(&[(9, true)]), StartState::Undecided);
     }
 }
