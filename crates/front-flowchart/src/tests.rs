@@ -101,3 +101,19 @@ fn the_main_routine_may_stay_in_inner_loops() {
     let lines: Vec<_> = source.warnings().iter().map(|one| one.line).collect();
     assert_eq!(lines, [Some(6)]);
 }
+
+#[test]
+fn a_loop_is_endless_only_where_its_rounds_were_followed_to_their_end() {
+    // Each relay ends one round of its own.
+    let rounds = |count: u32| {
+        let round = |one: u32| {
+            let (label, next, relay) = (10 + one, 11 + one, 300 + one);
+            format!("LBL{label}: AND {relay}\nCJP LBL{next}\nOUT {relay}\nJMP LBL10\n")
+        };
+        let all: String = (0..count).map(round).collect();
+        let end = 10 + count;
+        let source = read(&format!("LBL0: GS 0\nGJ\nJMP LBL0\nGN 0\n{all}LBL{end}: GE 0\n"));
+        back_jumps::jumps_back(&source, &source.routines[1], false)
+    };
+    assert_eq!([rounds(1), rounds(60), rounds(70)], [Some(1), Some(60), None]);
+}

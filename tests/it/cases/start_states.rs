@@ -139,3 +139,28 @@ fn no_lower_bound_rests_on_one_reading_of_a_reset() {
     let list = "LD SM400\nOUT T0 K2\nRST T0\nLDI T0\nSwA D100\nEND\n";
     assert!(fires("behind-reset.il", "Q26UDV", list, "60").0);
 }
+
+#[test]
+fn no_lower_bound_rests_on_a_state_that_was_not_followed_to_its_beginning() {
+    // M5000 and on take X0 from relay to relay, M6000 and on X1, M7000 and on whether not both are on: the last of the
+    // three rows are never on together.
+    let walking = |count: u32, others: u32| {
+        let rows = [5000, 6000, 7000];
+        let last: Vec<String> = rows.iter().map(|row| format!("M{}", row + count)).collect();
+        let mut list = format!("LD {}\nAND {}\nAND {}\nSwA D100\n", last[0], last[1], last[2]);
+        for at in (0..count).rev() {
+            rows.iter().for_each(|row| {
+                list += &format!("LD M{}\nOUT M{}\n", row + at, row + at + 1);
+            });
+        }
+        list += "LD X0\nOUT M5000\nLD X1\nOUT M6000\nLDI X0\nORI X1\nOUT M7000\n";
+        for one in 0..others {
+            list += &format!("LD M{one}\nOUT Y10\nLD X8\nOUT M{one}\n");
+        }
+        list + "END\n"
+    };
+    for (name, count, others) in [("short", 2, 0), ("long", 12, 0), ("many", 2, 200)] {
+        let (fires, _) = fires(&format!("{name}.il"), "Q26UDV", &walking(count, others), "9");
+        assert!(!fires, "{name}");
+    }
+}
