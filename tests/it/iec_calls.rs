@@ -100,6 +100,23 @@ fn a_call_that_depends_on_the_order_of_its_inputs_or_outputs_is_refused() {
 }
 
 #[test]
+fn a_negated_output_of_a_standard_function_is_written() {
+    for call in [
+        "x := MOVE(IN := 1, OUT => NOT q);",
+        "x := MOVE(IN := 1, NOT OUT => q);",
+        "x := MOVE(IN := 1, OUT => q);",
+    ] {
+        for condition in ["q", "NOT q"] {
+            let statement = format!(
+                "q := TRUE; {call} IF {condition} THEN FOR y := 1 TO 50 DO r := 1; END_FOR END_IF"
+            );
+            let (upper, _) = times(&statement, "ST").expect(call);
+            assert!(upper > 50, "{statement}: {upper}");
+        }
+    }
+}
+
+#[test]
 fn operands_of_xor_and_mod_may_be_worked_out_twice() {
     for (statement, upper, lower) in [
         // The left side of XOR, and the divisor of MOD.

@@ -268,6 +268,41 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     refused(&format!("<LD>{jump}</LD>"), "nothing leads to it");
 }
 
+#[test]
+fn eno_is_followed_in_a_condition_only_where_the_block_gives_it_itself() {
+    let told = |head: &str, enable: &str, pin: &str, output: &str| {
+        let value = format!(
+            "<connectionPointIn><connection refLocalId=\"14\" formalParameter=\"{output}\"/></connectionPointIn>"
+        );
+        let result = if head.contains("MOVE") { "OUT" } else { "Q" };
+        let pins = [("EN", (11, "")), (pin, (12, ""))];
+        let drawn = block(14, head, &pins, &["ENO", result])
+            .replace("formalParameter=\"EN\"", &format!("formalParameter=\"EN\"{enable}"));
+        let drawn = wired(11, "a") + &wired(12, "x") + &drawn;
+        let body = chart(&["<ST><p>x := FALSE;</p></ST>".to_owned()], &value)
+            .replace("</SFC>", &format!("{drawn}</SFC>"));
+        bound(&project("", "x:BOOL t:TON r:R_TRIG", &body, "x"))
+    };
+    for (head, pin) in [
+        ("typeName=\"TON\" instanceName=\"t\"", "IN"),
+        ("typeName=\"R_TRIG\" instanceName=\"r\"", "CLK"),
+        ("typeName=\"MOVE\"", "IN"),
+    ] {
+        for enable in ["", " edge=\"rising\""] {
+            let found = told(head, enable, pin, "ENO");
+            match (enable, head.contains("instanceName")) {
+                ("", false) => assert!(found.is_ok(), "{found:?}"),
+                _ => {
+                    let faults = found.expect_err("a refusal");
+                    let says = |one: &String| one.contains("ENO of this block is not followed");
+                    assert!(faults.iter().any(says), "{faults:?}");
+                }
+            }
+        }
+    }
+    assert!(told("typeName=\"TON\" instanceName=\"t\"", "", "IN", "Q").is_ok());
+}
+
 /// A chart of two steps in turn, of which the first one has attributes as CODESYS and TwinCAT write them; actions that
 /// say that they were carried out.
 fn attributed(attributes: &[(&str, &str)]) -> String {

@@ -372,3 +372,153 @@ fn ways_to_a_coil_in_the_midst_are_joined_by_or_or_by_and() {
     assert!(!may("", variables, &body, "y AND NOT x"));
     assert!(!may("", variables, &body, "a AND b AND NOT y"));
 }
+
+/// A variable with a type of its own.
+fn declared(name: &str, of: &str) -> String {
+    format!("<variable name=\"{name}\"><type>{of}</type></variable>")
+}
+
+/// A drawing that resets v, calls a block `T` that nothing of it takes anything from, and takes v over into x.
+fn resets_and_reads(more: &str, pins: &[(&str, (u32, &str))]) -> String {
+    let reset = coil(1, 0, "v").replace("<coil", "<coil storage=\"reset\"");
+    format!(
+        "<LD>{RAIL}{}{more}{}{}{}</LD>",
+        moved(&reset, 10, 0),
+        moved(&block(2, "typeName=\"T\" instanceName=\"t\"", pins, &["q"]), 10, 50),
+        moved(&contact(3, "", 0, "v"), 5, 500),
+        moved(&coil(4, 3, "x"), 100, 500)
+    )
+}
+
+/// The block `T`.
+fn called(interface: &str, code: &str) -> String {
+    format!(
+        "<pou name=\"T\" pouType=\"functionBlock\"><interface>{interface}<outputVars>{}</outputVars></interface><body><ST><p>{code}</p></ST></body></pou>",
+        declared("q", "<BOOL/>")
+    )
+}
+
+/// A program p with a drawn action A, behind which the time of a loop is taken where a condition holds.
+fn with_action(
+    unit: &str,
+    variables: &str,
+    drawn: &str,
+    (before, condition): (&str, &str),
+) -> bool {
+    let own = declared("t", "<derived name=\"T\"/>") + &declared("x", "<BOOL/>");
+    let own = own + &declared("heavy", "<INT/>");
+    let text = format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><dataTypes/><pous>{unit}\
+         <pou name=\"p\" pouType=\"program\"><interface><localVars>{own}</localVars>{variables}</interface>\
+         <actions><action name=\"A\"><body>{drawn}</body></action></actions>\
+         <body><ST><p>{before} A(); IF {condition} THEN FOR heavy := 1 TO 50 DO ; END_FOR END_IF</p></ST></body></pou></pous></types>\
+         <instances><configurations><configuration name=\"c\"><resource name=\"r\"><task name=\"k\" priority=\"1\" interval=\"PT0.1S\"><pouInstance name=\"i\" typeName=\"p\"/></task>\
+         <globalVars>{}</globalVars></resource></configuration></configurations></instances></project>",
+        declared("w", "<BOOL/>")
+    );
+    bound(&text).unwrap_or_else(|faults| panic!("{faults:?}\n{text}")) >= 50
+}
+
+#[test]
+fn what_a_called_block_writes_of_the_drawing_s_own_variables_depends_on_the_order() {
+    let v = declared("v", "<BOOL/>");
+    let local = format!("<localVars>{v}</localVars>");
+    let plain = resets_and_reads("", &[]);
+    // Through a pointer that the drawing hands over, or that the block has already.
+    let pointer = declared("r", "<pointer><baseType><BOOL/></baseType></pointer>");
+    let through = called(&format!("<inputVars>{pointer}</inputVars>"), "r^ := TRUE; q := TRUE;");
+    let address = moved(&wired(5, "ADR(v)"), 0, 50);
+    let handed = resets_and_reads(&address, &[("r", (5, ""))]);
+    // By the name of the program, or of its instance.
+    let by_name = |name: &str| called("", &format!("{name}.v := TRUE; q := TRUE;"));
+    let input = format!("<inputVars>{v}</inputVars>");
+    // A variable of another list, which is shared in any case.
+    let external =
+        |name: &str| format!("<externalVars>{}</externalVars>", declared(name, "<BOOL/>"));
+    let shared = called(&external("w"), "w := TRUE; q := TRUE;");
+    for (unit, variables, drawn, before) in [
+        (&through, &local, &handed, ""),
+        (&through, &local, &plain, "t.r := ADR(v);"),
+        (&by_name("p"), &local, &plain, ""),
+        (&by_name("i"), &local, &plain, ""),
+        (&by_name("p"), &input, &plain, ""),
+        (&shared, &external("w"), &plain.replace(">v<", ">w<"), ""),
+    ] {
+        assert!(with_action(unit, variables, drawn, (before, "x")), "{unit}");
+        assert!(with_action(unit, variables, drawn, (before, "NOT x")), "{unit}");
+    }
+    // Nothing of it is reached by a block that writes only what is its own.
+    let own = called("", "q := TRUE;");
+    assert!(!with_action(&own, &local, &plain, ("", "x")));
+    let other = called(&external("w"), "w := TRUE; q := TRUE;");
+    assert!(!with_action(&other, &local, &plain, ("", "x")));
+}
+
+#[test]
+fn what_a_called_block_writes_of_a_global_instance_around_it_depends_on_the_order() {
+    let outer = |name: &str| format!("<externalVars>{}</externalVars>", declared("g", name));
+    let around = |of: &str, own: &str, body: &str| {
+        format!(
+            "<pou name=\"{of}\" pouType=\"functionBlock\"><interface>{own}</interface><body>{body}</body></pou>"
+        )
+    };
+    let drawn = around(
+        "Outer",
+        &format!(
+            "<inputVars>{}</inputVars><outputVars>{}</outputVars><localVars>{}</localVars>",
+            declared("v", "<BOOL/>"),
+            declared("x", "<BOOL/>"),
+            declared("t", "<derived name=\"T\"/>")
+        ),
+        &resets_and_reads("", &[]),
+    );
+    let whole = around(
+        "Whole",
+        &format!("<localVars>{}</localVars>", declared("o", "<derived name=\"Outer\"/>")),
+        "<ST><p>o();</p></ST>",
+    );
+    for (of, inner) in [("Outer", ""), ("Whole", ".o")] {
+        let of = format!("<derived name=\"{of}\"/>");
+        let sets = called(&outer(&of), &format!("g{inner}.v := TRUE; q := TRUE;"));
+        let units = format!("{sets}{drawn}{whole}");
+        for condition in ["x", "NOT x"] {
+            let call = "<ST><p>g();</p></ST>";
+            let condition = condition.replace('x', &format!("g{inner}.x"));
+            let text = project(&units, "", call, &condition).replace(
+                "<variable name=\"a\"",
+                &format!("{}<variable name=\"a\"", declared("g", &of)),
+            );
+            assert!(bound(&text).expect("a bound") >= 50, "{condition}");
+        }
+    }
+}
+
+#[test]
+fn a_drawing_with_too_many_values_that_controllers_differ_in_is_refused() {
+    // A block between coils may change what leads to them.
+    let unit =
+        called(&format!("<externalVars>{}</externalVars>", declared("v", "<BOOL/>")), "v := TRUE;");
+    let drawn = |count: u32| {
+        let numbered = |text: &str, order: u32| {
+            moved(text, 10, 10 * order).replacen(
+                "localId",
+                &format!("executionOrderId=\"{order}\" localId"),
+                1,
+            )
+        };
+        let pair = |at: u32| {
+            let call = block(1000 + 2 * at, "typeName=\"T\" instanceName=\"t\"", &[], &["q"]);
+            let coil = coil(1001 + 2 * at, 2, "x");
+            numbered(&call, 2 * at + 1) + &numbered(&coil, 2 * at + 2)
+        };
+        let pairs: String = (0..count).map(pair).collect();
+        let row = contact(1, "", 0, "v") + &contact(2, "", 1, "w");
+        let body = format!("<LD>{RAIL}{row}{pairs}</LD>");
+        project(&unit, "v:BOOL w:BOOL x:BOOL t:T", &body, "TRUE")
+    };
+    let loads = |count| bound_of(&drawn(count), "LD");
+    let (few, more) = (loads(100).expect("a bound"), loads(300).expect("a bound"));
+    assert!(more >= few + 2 * 200, "{few} {more}");
+    let refused = loads(1100).expect_err("a refusal");
+    assert!(refused.iter().any(|fault| fault.contains("differ in more than 1000")), "{refused:?}");
+}

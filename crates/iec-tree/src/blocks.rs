@@ -158,3 +158,31 @@ impl StandardBlock {
         matches!(self, StandardBlock::Ctu | StandardBlock::Ctd | StandardBlock::Ctud)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Pin, StandardBlock};
+    use std::collections::BTreeSet;
+
+    fn letters(text: &str) -> String {
+        text.replace('_', "").to_uppercase()
+    }
+
+    #[test]
+    fn blocks_stand_at_their_numbers() {
+        for (at, (one, name)) in StandardBlock::ALL.into_iter().enumerate() {
+            assert_eq!(one as usize, at, "{one:?}");
+            assert_eq!(letters(name), letters(&format!("{one:?}")));
+        }
+    }
+
+    #[test]
+    fn the_names_of_pins_stand_at_their_numbers() {
+        let blocks = StandardBlock::ALL.into_iter();
+        let pins: BTreeSet<Pin> = blocks.flat_map(|(one, _)| one.pins()).collect();
+        assert_eq!(pins.len(), Pin::WasDown as usize + 1);
+        for pin in pins {
+            assert_eq!(letters(pin.name()), letters(&format!("{pin:?}")));
+        }
+    }
+}

@@ -492,3 +492,15 @@ pub fn change(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Operator;
+
+    #[test]
+    fn operators_stand_at_their_numbers() {
+        for (at, (one, ..)) in Operator::ALL.into_iter().enumerate() {
+            assert_eq!(one as usize, at, "{one:?}");
+        }
+    }
+}

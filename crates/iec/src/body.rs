@@ -315,3 +315,16 @@ pub struct Chart {
     /// Which bytes of the file it takes, where it is an element of XML.
     pub span: Option<(usize, usize)>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Qualifier;
+
+    #[test]
+    fn qualifiers_and_their_names_stand_at_their_numbers() {
+        for (at, one) in Qualifier::ALL.into_iter().enumerate() {
+            assert_eq!(one as usize, at, "{one:?}");
+            assert_eq!(one.name(), format!("{one:?}").to_uppercase());
+        }
+    }
+}

@@ -551,7 +551,8 @@ impl Resolver<'_> {
             if let Side::Out(taker) = &one.side {
                 let unknown = self.unknown();
                 let taken = self.taken(scope, taker, unknown, line)?;
-                outputs.extend(taken.filter(|(_, negated)| !negated).map(|(place, _)| place));
+                // It may be anything, and so may its negation.
+                outputs.extend(taken.map(|(place, _)| place));
             }
         }
         let types: Vec<TypeId> = match &order {

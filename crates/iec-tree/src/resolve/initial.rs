@@ -133,8 +133,8 @@ impl Resolver<'_> {
         Some(Initial::Elements(all))
     }
 
-    /// The type behind the names of types, with the initial value that they give; and whether it is a subrange that
-    /// does not begin with 0.
+    /// The type behind the names of types, with the initial value that they give; and whether a subrange is among them
+    /// whose least value is not 0, or not known.
     fn underlying<'e>(&'e self, written: Written<'e>) -> (Written<'e>, bool) {
         let mut found = written;
         let mut is_open = false;

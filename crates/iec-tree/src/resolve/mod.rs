@@ -5,6 +5,7 @@ mod calls;
 mod charts;
 mod declared;
 mod drawing;
+mod exposed;
 mod expressions;
 mod given;
 mod index;
@@ -33,12 +34,29 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Pou, PouKind, Project, Section, Variable as Declared, same};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 pub use unknown_types::list_unknown_types;
 
 /// The typed tree of a project whose declarations have no faults.
 #[must_use]
 pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
+    // What a drawing may touch depends on which programs other units name, wherever these stand.
+    let mut named = BTreeSet::new();
+    loop {
+        let (tree, found) = tree_if_named(project, facts, &named);
+        if found.is_subset(&named) {
+            return tree;
+        }
+        named.extend(found);
+    }
+}
+
+/// The typed tree, if no other programs than these are named by other units; and those that are.
+fn tree_if_named(
+    project: &Project,
+    facts: Facts<'_>,
+    named: &BTreeSet<UnitId>,
+) -> (Tree, BTreeSet<UnitId>) {
     let mut own = Resolver {
         project,
         facts,
@@ -50,14 +68,17 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
         before: Vec::new(),
         is_code: false,
         meanings: ambiguous::meanings(project),
+        named_programs: BTreeSet::new(),
+        exposed: BTreeSet::new(),
     };
     own.declare();
     own.initial_values();
     own.tree.begins_before = own.begins_before();
+    own.exposed = own.exposed_units(named);
     own.bodies();
     own.state_routines();
     own.connections();
-    own.tree
+    (own.tree, own.named_programs)
 }
 
 impl<'p> Resolver<'p> {
@@ -102,7 +123,7 @@ impl<'p> Resolver<'p> {
                         ["FB_Init", "FB_Reinit"].iter().any(|own| same(own, name))
                     })
                     .collect(),
-                begins_with_method: pou.methods.iter().any(begins),
+                begins_with_method: pou.methods.iter().any(is_called_by_itself),
                 methods,
                 file: pou.file,
                 line: pou.line,
@@ -426,7 +447,7 @@ impl<'p> Resolver<'p> {
     }
 }
 
-/// Whether a method is executed when instances begin.
-fn begins(method: &Pou) -> bool {
+/// Whether controllers call a method by themselves: when instances begin, begin again, or end.
+fn is_called_by_itself(method: &Pou) -> bool {
     ["FB_Init", "FB_Reinit", "FB_Exit"].iter().any(|own| same(own, &method.name))
 }

@@ -107,6 +107,9 @@ impl Resolver<'_> {
         }
         if let Some(at) = self.program_instance(&path.first) {
             let unit = self.tree.programs[at].unit;
+            if scope.unit.is_some_and(|own| own != unit) {
+                self.named_programs.insert(unit);
+            }
             let ty = self.block(unit);
             let start = start(Root::Program(at), ty);
             return self.follow(scope, start, rest, (path, to_end), line);

@@ -28,6 +28,10 @@ pub(super) struct Resolver<'p> {
     pub(super) is_code: bool,
     /// The global names that may mean several things, and which.
     pub(super) meanings: ByName<BTreeSet<String>>,
+    /// The programs that code of other units has named so far.
+    pub(super) named_programs: BTreeSet<UnitId>,
+    /// The units of whose instances other units may name variables.
+    pub(super) exposed: BTreeSet<UnitId>,
 }
 
 /// Where names are looked for.

@@ -220,13 +220,9 @@ impl<'d> Walk<'d> {
             }
             (None, None) => self.called(one, block)?,
             (Some(_), _) if is_enable && !block.gives_enable() => {
-                self.acts = true;
-                let pin = block.inputs.iter().find(|pin| pin.name.eq_ignore_ascii_case("EN"));
-                match pin {
-                    Some(pin) => self.given(&pin.given, pin.negated)?,
-                    None => None,
-                }
-                .unwrap_or_else(|| Expr::bool(true))
+                let what = "ENO of this block is not followed in a condition";
+                let help = "use another output of the block, or the condition at EN";
+                return Err(self.refused(one.line, what, help));
             }
             (Some(_), Some(instance)) => {
                 self.acts = true;
@@ -237,7 +233,7 @@ impl<'d> Walk<'d> {
                 held(part, one, Some(named))
             }
         };
-        Ok(if is_negated && !is_enable { value.not() } else { value })
+        Ok(if is_negated { value.not() } else { value })
     }
 
     /// What a pin is given, if it is given anything.

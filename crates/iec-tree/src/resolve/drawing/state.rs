@@ -206,7 +206,8 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         let purpose = match key.0 {
             Use::Result => Purpose::Result,
             Use::Enable => Purpose::Loaded,
-            Use::Way | Use::Edge | Use::Begun => Purpose::Between,
+            Use::Way => Purpose::Between,
+            Use::Edge | Use::Begun => unreachable!("a variable is declared for it"),
         };
         let text = self.display_name(key);
         let all = &mut self.resolver.tree.temporaries;

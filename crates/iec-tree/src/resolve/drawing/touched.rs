@@ -1,4 +1,4 @@
-//! What the statements of a drawing read and write, and whether two orders may do different things.
+//! What the statements of a drawing read and write.
 
 use super::super::resolver::Resolver;
 use crate::accesses::{Accesses, of_expr, of_statements};
@@ -126,20 +126,29 @@ impl Accesses for Walk<'_> {
     }
 
     fn begins(&mut self, one: &Statement) {
-        if matches!(
-            one.kind,
+        match &one.kind {
             StatementKind::Case(..)
-                | StatementKind::For(_)
-                | StatementKind::Foreign(_)
-                | StatementKind::While(..)
-                | StatementKind::Repeat(..)
-                | StatementKind::Exit
-                | StatementKind::Continue
-                | StatementKind::Return(_)
-                | StatementKind::Jump(..)
-                | StatementKind::Label(_)
-        ) {
-            self.found.writes.insert(Cell::All);
+            | StatementKind::For(_)
+            | StatementKind::Foreign(_)
+            | StatementKind::While(..)
+            | StatementKind::Repeat(..)
+            | StatementKind::Exit
+            | StatementKind::Continue
+            | StatementKind::Return(_)
+            | StatementKind::Jump(..)
+            | StatementKind::Label(_) => _ = self.found.writes.insert(Cell::All),
+            StatementKind::Assign(..)
+            | StatementKind::Keep(..)
+            | StatementKind::Copy(..)
+            | StatementKind::Latch(..)
+            | StatementKind::Call(_)
+            | StatementKind::Standard(_)
+            | StatementKind::CallIf(..)
+            | StatementKind::After(_)
+            | StatementKind::If(..)
+            | StatementKind::Either(..)
+            | StatementKind::Nothing
+            | StatementKind::Fault(_) => {}
         }
     }
 }
@@ -190,6 +199,7 @@ impl Resolver<'_> {
                 one.section,
                 Section::Local | Section::Temp | Section::Input | Section::Output
             )
+            || self.is_exposed(id)
     }
 
     /// Where a cell has an address.

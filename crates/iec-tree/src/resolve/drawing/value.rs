@@ -20,7 +20,7 @@ use std::rc::Rc;
 /// How many elements may be looked at for one expression that looks at some of them more than once.
 const VISITS: usize = 5_000;
 
-/// Beyond so many values that are one of two, the next may be any.
+/// More values that are one of two are not followed, since each makes the expression larger.
 const EITHERS: usize = 1000;
 
 /// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
@@ -73,14 +73,18 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// One of two values. Beyond so many of these it is any value, since each makes the expression larger.
+    /// One of two values.
     fn either(&mut self, one: Worth, other: Worth) -> Worth {
         if one.expr == other.expr {
             return one;
         }
         self.progress.eithers += 1;
         if self.progress.eithers > EITHERS {
-            return self.any(one.expr.line);
+            let line = one.expr.line;
+            let what = format!("controllers differ in more than {EITHERS} values of this drawing");
+            let help = "draw it as several actions, or put coils in front of forks";
+            let fault = Fault::new(line, what).code(Code::NotModelled).help(help);
+            return Worth::formula(self.resolver.faulty(fault, line));
         }
         self.one_of(one, other)
     }
