@@ -80,7 +80,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                         true => always,
                         false => self.one_of(enable.clone(), always),
                     };
-                    value = self.edge(one, (id, &pin.name), edge, value, looked_at);
+                    value = self.edge(one, (id, &pin.name), edge, value, looked_at)?;
                 }
                 if pin.negated {
                     // Of a constant, too, it is charged; but EN is known then.

@@ -179,7 +179,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
         if let Some(edge) = one.edge {
             let always = self.truth(true, one.line);
-            value = self.edge(one, (id, ""), edge, value, always);
+            value = self.edge(one, (id, ""), edge, value, always)?;
         }
         if one.negated_in {
             value = value.negated();

@@ -74,19 +74,17 @@ impl<'d> Drawer<'_, '_, 'd> {
     }
 
     /// One of two values.
-    fn either(&mut self, one: Worth, other: Worth) -> Worth {
+    fn either(&mut self, one: Worth, other: Worth) -> Result<Worth, Fault> {
         if one.expr == other.expr {
-            return one;
+            return Ok(one);
         }
         self.progress.eithers += 1;
         if self.progress.eithers > EITHERS {
-            let line = one.expr.line;
             let what = format!("controllers differ in more than {EITHERS} values of this drawing");
             let help = "draw it as several actions, or put coils in front of forks";
-            let fault = Fault::new(line, what).code(Code::NotModelled).help(help);
-            return Worth::formula(self.resolver.faulty(fault, line));
+            return Err(Fault::new(one.expr.line, what).code(Code::NotModelled).help(help));
         }
-        self.one_of(one, other)
+        Ok(self.one_of(one, other))
     }
 
     /// One of two values: controllers differ.
@@ -178,7 +176,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             _ if is_plain => found,
             // Some controllers look at it again, and others do not; what a generator writes always does.
             Some(kept) if !self.is_generated && self.has_changed(kept.held) => {
-                self.either(kept.value, found)
+                self.either(kept.value, found)?
             }
             _ => found,
         };
@@ -267,7 +265,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 let mut value = self.operand(one)?;
                 if let Some(edge) = one.edge {
                     let always = self.truth(true, one.line);
-                    value = self.edge(one, (id, ""), edge, value, always);
+                    value = self.edge(one, (id, ""), edge, value, always)?;
                 }
                 if one.negated_in {
                     value = value.not();
@@ -288,7 +286,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 self.progress.joins_all = true;
                 let always = self.truth(true, one.line);
                 let all = ways.into_iter().fold(always, |all, way| self.and(all, way));
-                Ok(self.either(any, all))
+                self.either(any, all)
             }
             ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => {
                 let ways = self.ways(&one.inputs)?;
@@ -341,7 +339,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         edge: Edge,
         value: Worth,
         looked_at: Worth,
-    ) -> Worth {
+    ) -> Result<Worth, Fault> {
         let block = match edge {
             Edge::Rising => StandardBlock::RTrig,
             Edge::Falling => StandardBlock::FTrig,
@@ -379,12 +377,12 @@ impl<'d> Drawer<'_, '_, 'd> {
         let Some(first) = self.progress.edges.get(&of).cloned() else {
             self.progress.stored.insert(held, (touched, self.progress.all.len()));
             self.progress.edges.insert(of, Kept { value: shows.clone(), held });
-            return shows;
+            return Ok(shows);
         };
         match self.sheet.has_jumps || self.has_changed(first.held) {
-            true if self.is_generated => shows,
+            true if self.is_generated => Ok(shows),
             true => self.either(first.value, shows),
-            false => first.value,
+            false => Ok(first.value),
         }
     }
 }
