@@ -97,6 +97,14 @@ impl Structure {
         self.skip_targets.get(file).copied().flatten()
     }
 
+    /// The name of the routine for each call of a missing routine.
+    pub(super) fn missing_routines(&self) -> impl Iterator<Item = &String> {
+        self.parts.values().filter_map(|part| match part {
+            Part::Absent(name) => Some(name),
+            _ => None,
+        })
+    }
+
     /// Whether a file contains only routines and does not run by itself.
     pub(super) fn on_standby(&self, file: usize) -> bool {
         self.standby.contains(&file)

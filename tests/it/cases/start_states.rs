@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Nothing takes time but END (9 ms, or 60 ms) and SwA (50 us where it fires, else 1 us).
 const TABLE: &str = "instruction,on_us,off_us\n@watchdog,200000,\n@contact,0,0\n@compare,0,0\n@coil,0,0\n@timer,0,0\n\
-                     @counter,0,0\n@set,0,0\n@pulse,0,0\n@move,0,0\n@jump,0,0\n@loop,0,0\n@nothing,0,0\n@special,0,0\nSwA,50,1\n";
+                     @counter,0,0\n@set,0,0\n@pulse,0,0\n@move,0,0\n@jump,0,0\n@block,0,0\n@loop,0,0\n@nothing,0,0\n@special,0,0\nSwA,50,1\n";
 
 /// The JSON report on a list in which END takes so many milliseconds.
 fn report(name: &str, cpu: &str, list: &str, [end_ms, trust]: [&str; 2]) -> Value {
@@ -135,6 +135,26 @@ fn no_lower_bound_rests_on_one_reading_of_a_reset() {
         let (fires, is_reached) = fires(name, cpu, list, "60");
         assert!(!fires, "{name}: {is_reached}");
     }
+    let fx = "LD M8000\nOUT T200 K2\nLDI T200\nANI M8002\nSwA D100\nLD M8000\nRESET\nEND\n";
+    let q = "LD SM400\nMOV K0 Z0\nOUTH T0 K2\nLDI T0\nANI SM402\nSwA D100\nLD SM400\nRESET\nEND\n";
+    let counter = "LD SM400\nOUT C0 K1\nLD C0\nANI SM402\nSwA D100\nLD SM400\nRESET\nEND\n";
+    for (list, cpu, reset) in [
+        (fx, "FX3U", "ZRST T200 T200"),
+        (fx, "FX3U", "ZRSTP T190 T210"),
+        (q, "Q26UDV", "BKRST T0 K1"),
+        (q, "Q26UDV", "BKRSTP T0 D5"),
+        (&q.replace("T0", "ST0"), "Q26UDV", "BKRST ST0 K1"),
+        (q, "Q26UDV", "RST T0Z0"),
+        (&q.replace("MOV K0 Z0\n", ""), "Q26UDV", "RST T0Z0"),
+        (counter, "Q26UDV", "BKRST C0 K1"),
+    ] {
+        let name = format!("{}.il", reset.replace(' ', "-"));
+        let (fires, is_reached) = fires(&name, cpu, &list.replace("RESET", reset), "60");
+        assert!(!fires, "{reset}: {is_reached}");
+    }
+    // A reset of other timers says nothing about this one.
+    let over = fx.replace("LDI T200", "LD T200").replace("RESET", "ZRST T201 T210");
+    assert_eq!(fires("others.il", "FX3U", &over, "60"), (true, true));
     // In either case it is off behind the reset.
     let list = "LD SM400\nOUT T0 K2\nRST T0\nLDI T0\nSwA D100\nEND\n";
     assert!(fires("behind-reset.il", "Q26UDV", list, "60").0);
@@ -162,5 +182,25 @@ fn no_lower_bound_rests_on_a_state_that_was_not_followed_to_its_beginning() {
     for (name, count, others) in [("short", 2, 0), ("long", 12, 0), ("many", 2, 200)] {
         let (fires, _) = fires(&format!("{name}.il"), "Q26UDV", &walking(count, others), "9");
         assert!(!fires, "{name}");
+    }
+}
+
+#[test]
+fn a_counter_may_count_again_after_every_kind_of_reset() {
+    // C0 counts again in the scan of its reset if its coil counts as off after it.
+    let rest = "LD X0\nOUT C0 K1\nLD X0\nANI C0\nSwA D100\nEND\n";
+    for (cpu, on, reset) in [
+        ("FX3U", "M8000", "RST C0"),
+        ("FX3U", "M8000", "ZRST C0 C0"),
+        ("FX3U", "M8000", "ZRST C0 C5"),
+        ("Q26UDV", "SM400", "RST C0"),
+        ("Q26UDV", "SM400", "BKRST C0 K1"),
+    ] {
+        let list = format!("LD {on}\n{reset}\n{rest}");
+        let name = format!("count-{}-{cpu}.il", reset.replace(' ', "-"));
+        for trust in ["all", "none"] {
+            let report = report(&name, cpu, &list, ["60", trust]);
+            assert!(upper_ns(&report) >= 60_050_000, "{reset} {trust}: {report}");
+        }
     }
 }

@@ -339,7 +339,7 @@ impl Lowering<'_> {
         // Whether ZRST clears whole words or single bits here is unknown, so the value is unknown.
         let is_word = matches!(place, Place::At(DeviceType::Word(_), _));
         let count = count.filter(|&count| !is_word && self.has_room(count));
-        Some(count.and_then(|count| cleared(place, count)))
+        Some(count.and_then(|count| self.cleared(place, count)))
     }
 
     fn clear_range(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
@@ -355,7 +355,7 @@ impl Lowering<'_> {
             _ => None,
         };
         let spelled = count.map(i64::from).filter(|&count| self.has_room(count));
-        if let Some(effects) = spelled.and_then(|count| cleared(first, count)) {
+        if let Some(effects) = spelled.and_then(|count| self.cleared(first, count)) {
             return Some(Some(effects));
         }
         self.approximate(format!("everything that {} writes may have any value", raw.mnemonic));
@@ -470,39 +470,36 @@ impl Lowering<'_> {
         }
         self.regions(text, count).unwrap_or_default()
     }
-}
 
-/// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or if
-/// devices of this form are not modelled.
-fn cleared(place: Place, count: i64) -> Option<Vec<Effect>> {
-    let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
-    let bit =
-        |area, n| fired(Write::Bit(BitTarget::Cell(Cell { area, index: n }), Logic::Const(false)));
-    let word = |area, n| {
-        let target = WordTarget::Cell(Cell { area, index: n });
-        fired(Write::Words(vec![target], Number::Words(vec![WordSource::Const(0)])))
-    };
-    Some(match place {
-        Place::At(DeviceType::Bit(area), index) => {
-            (index..index + count).map(|n| bit(area, n)).collect()
-        }
-        Place::At(DeviceType::Word(area), index) => {
-            (index..index + count).map(|n| word(area, n)).collect()
-        }
-        Place::At(DeviceType::Timed(timed), index) => (index..index + count)
-            .flat_map(|n| {
-                let ran = timed.ran(n).map(|ran| bit(ran.area, n));
-                let cells = [bit(timed.contact, n), bit(timed.coil, n), word(timed.value, n)];
-                cells.into_iter().chain(ran)
-            })
-            .collect(),
-        Place::BitOf(DeviceType::Word(area), index, from) => (u32::from(from)
-            ..u32::from(from) + count)
-            .map(|n| {
-                let cell = Cell { area, index: index + n / 16 };
-                fired(Write::Bit(BitTarget::WordBit(cell, (n % 16) as u8), Logic::Const(false)))
-            })
-            .collect(),
-        _ => return None,
-    })
+    /// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or if
+    /// devices of this form are not modelled.
+    fn cleared(&mut self, place: Place, count: i64) -> Option<Vec<Effect>> {
+        let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
+        let bit = |area, n| {
+            fired(Write::Bit(BitTarget::Cell(Cell { area, index: n }), Logic::Const(false)))
+        };
+        let word = |area, n| {
+            let target = WordTarget::Cell(Cell { area, index: n });
+            fired(Write::Words(vec![target], Number::Words(vec![WordSource::Const(0)])))
+        };
+        Some(match place {
+            Place::At(DeviceType::Bit(area), index) => {
+                (index..index + count).map(|n| bit(area, n)).collect()
+            }
+            Place::At(DeviceType::Word(area), index) => {
+                (index..index + count).map(|n| word(area, n)).collect()
+            }
+            Place::At(DeviceType::Timed(timed), index) => {
+                (index..index + count).flat_map(|n| self.reset(timed, n)).collect()
+            }
+            Place::BitOf(DeviceType::Word(area), index, from) => (u32::from(from)
+                ..u32::from(from) + count)
+                .map(|n| {
+                    let cell = Cell { area, index: index + n / 16 };
+                    fired(Write::Bit(BitTarget::WordBit(cell, (n % 16) as u8), Logic::Const(false)))
+                })
+                .collect(),
+            _ => return None,
+        })
+    }
 }

@@ -64,7 +64,7 @@ impl Lowering<'_> {
         let expiry = Expiry {
             previous: Some(before),
             flag: ran.map(|_| contact),
-            is_reset: self.modes.resets.contains(&contact),
+            is_reset: self.modes.may_reset(contact),
             ..on_delay
         };
         self.out.set_expiry([over, number], expiry);

@@ -48,6 +48,7 @@ impl Lowering<'_> {
         }
         let switches = self.modes.switches_file_register;
         for (at, name) in std::mem::take(&mut self.targets.absent) {
+            self.note_missing_routine(at, &name);
             let known = self.options.facts.calls.get(&name).map(|stated| {
                 absent::stated_routine(
                     stated,

@@ -58,7 +58,7 @@ impl<'a> Lowering<'a> {
             ..Program::default()
         };
         let modes = Modes::of(&resolved.items, options.family);
-        Lowering {
+        let mut lowering = Lowering {
             resolved,
             structure,
             options,
@@ -72,7 +72,9 @@ impl<'a> Lowering<'a> {
             edges: Edges::default(),
             targets: JumpTargets::default(),
             state: None,
-        }
+        };
+        lowering.modes.index_is_open = lowering.writes_other_indices();
+        lowering
     }
 
     pub(super) fn file(&mut self, file: usize) {

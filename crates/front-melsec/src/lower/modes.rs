@@ -1,12 +1,12 @@
 //! Finds the special relays and instructions in a project that change the meaning of other instructions, and other
 //! facts about the whole project that lowering needs.
 
-use super::written::index_values;
+use super::written::{index_values, unpulsed};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::Item;
-use scanbound_ir::{AreaId, Cell};
-use std::collections::{BTreeMap, BTreeSet};
+use scanbound_ir::{AreaId, Cell, Region, RegionSet};
+use std::collections::BTreeMap;
 
 /// What lowering needs to know about the whole project: the special relays and instructions in it that change the
 /// meaning of other instructions, and which devices it names.
@@ -23,11 +23,14 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
-    /// The contacts of the timers that an instruction resets.
-    pub resets: BTreeSet<Cell>,
+    /// The cells that instructions reset or may reset; see [`Modes::may_reset`].
+    resets: RegionSet,
     /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
     /// writes other values.
     pub index_values: BTreeMap<(&'static str, u32), Option<Vec<i64>>>,
+    /// FX, FX5: index registers may also have other values than `index_values` says; see
+    /// [`Lowering::writes_other_indices`](super::Lowering::writes_other_indices).
+    pub index_is_open: bool,
     /// For each area of bits, and for the file register: the number of devices that the CPU has at least, since the
     /// program names the highest one. Areas whose numbers may have gaps (D, W) are missing.
     pub named: BTreeMap<AreaId, u32>,
@@ -50,9 +53,15 @@ impl Modes {
             counts_in_d8164: family == Family::Fx && touches(&[8164]),
             resets: resets(items),
             index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
+            index_is_open: false,
             named: named(items),
             highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
         }
+    }
+
+    /// Whether an instruction may reset the timer or counter with this contact.
+    pub fn may_reset(&self, contact: Cell) -> bool {
+        self.resets.overlaps(Region::Range { first: contact, count: 1 })
     }
 }
 
@@ -63,14 +72,54 @@ fn device(operand: &Result<Operand, String>) -> Option<&Device> {
     }
 }
 
-/// The contacts of the timers that an instruction resets.
-fn resets(items: &[Item<'_>]) -> BTreeSet<Cell> {
-    let resets = items.iter().filter(|item| item.name == "RST").flat_map(|item| &item.operands);
-    let contact = |device: &Device| match device.place {
-        Place::At(DeviceType::Timed(timed), index) => Some(Cell { area: timed.contact, index }),
+/// The cells that instructions reset or may reset: of a timer or counter its contact.
+fn resets(items: &[Item<'_>]) -> RegionSet {
+    let mut found = Vec::new();
+    for item in items {
+        let name = unpulsed(&item.name);
+        let exact = match (name, &item.operands[..]) {
+            ("RST", [Ok(Operand::Device(device))]) => cell(device).map(|first| (first, 1)),
+            ("ZRST", [Ok(Operand::Device(first)), Ok(Operand::Device(last))]) => {
+                let ends = cell(first).zip(cell(last));
+                let ends = ends.filter(|(first, last)| first.area == last.area);
+                ends.and_then(|(first, last)| {
+                    Some((first, last.index.checked_sub(first.index)?.checked_add(1)?))
+                })
+            }
+            ("BKRST", [Ok(Operand::Device(device)), Ok(Operand::Constant(count))]) => {
+                cell(device).zip(u32::try_from(*count).ok())
+            }
+            ("RST" | "ZRST" | "BKRST", _) => None,
+            _ => continue,
+        };
+        match exact {
+            Some((first, count)) => found.push(Region::Range { first, count }),
+            None => {
+                let areas = item.operands.iter().filter_map(device).filter_map(cell_area);
+                found.extend(areas.map(Region::Area));
+            }
+        }
+    }
+    found.into_iter().collect()
+}
+
+/// The cell of a plain device; of a timer or counter its contact. `None` for other forms.
+fn cell(device: &Device) -> Option<Cell> {
+    match device.place {
+        Place::At(kind, index) => kind.cell(index),
         _ => None,
-    };
-    resets.filter_map(device).filter_map(contact).collect()
+    }
+}
+
+/// The area of the cells that a device may be; of a timer or counter that of its contacts.
+fn cell_area(device: &Device) -> Option<AreaId> {
+    match device.place {
+        Place::At(kind, _)
+        | Place::Indexed(kind, _)
+        | Place::Digits(kind, ..)
+        | Place::IndexedDigits(kind, _) => kind.cell(0).map(|cell| cell.area),
+        _ => None,
+    }
 }
 
 /// For each area of bits, and for the file register: the number of devices that the CPU has at least. D and W are left

@@ -3,7 +3,7 @@
 use super::access::BitPlace;
 use super::rungs::{letters, remember};
 use super::state::{Lowering, edge, timing};
-use crate::memory::{DeviceType, Family, area};
+use crate::memory::{DeviceType, Family, Timed, area};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_base::time::Picos;
@@ -242,7 +242,7 @@ impl Lowering<'_> {
                 right,
             }))
         };
-        let is_reset = self.modes.resets.contains(&contact);
+        let is_reset = self.modes.may_reset(contact);
         let ticks = WordSource::Free(self.out.scan_ticks(unit, false, is_reset));
         let mut at_once = compared(Relation::LessOrEqual, setting, ticks);
         if is_reset {
@@ -270,6 +270,23 @@ impl Lowering<'_> {
         Cell { area: const { area("stood at ") }, index: value.index }
     }
 
+    /// The effects of an instruction that resets a timer or counter when it fires.
+    pub(super) fn reset(&mut self, timed: Timed, index: u32) -> Vec<Effect> {
+        let bit =
+            |area| fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)));
+        let ran = timed.ran(index).map(|ran| bit(ran.area));
+        // Whether the counter counts again while its input stays on after the reset is unknown.
+        let coil = BitTarget::Cell(Cell { area: timed.coil, index });
+        let coil_stays = Logic::All(vec![Logic::Bit(coil.source()), self.reading()]);
+        let value = WordTarget::Cell(Cell { area: timed.value, index });
+        let reset = [
+            bit(timed.contact),
+            fired(Write::Bit(coil, coil_stays)),
+            fired(Write::Words(vec![value], zero())),
+        ];
+        reset.into_iter().chain(ran).collect()
+    }
+
     fn set(&mut self, mnemonic: &str, raw: &RawInstruction) {
         self.output_here(mnemonic);
         if !self.takes(raw, 1) {
@@ -279,20 +296,7 @@ impl Lowering<'_> {
         let Some(device) = self.device(text) else { return };
         let effects = match device.place {
             Place::At(DeviceType::Timed(timed), index) if mnemonic == "RST" => {
-                let bit = |area| {
-                    fired(Write::Bit(BitTarget::Cell(Cell { area, index }), Logic::Const(false)))
-                };
-                let ran = timed.ran(index).map(|ran| bit(ran.area));
-                // Whether the counter counts again while its input stays on after the reset is unknown.
-                let coil = BitTarget::Cell(Cell { area: timed.coil, index });
-                let coil_stays = Logic::All(vec![Logic::Bit(coil.source()), self.reading()]);
-                let value = WordTarget::Cell(Cell { area: timed.value, index });
-                let reset = [
-                    bit(timed.contact),
-                    fired(Write::Bit(coil, coil_stays)),
-                    fired(Write::Words(vec![value], zero())),
-                ];
-                reset.into_iter().chain(ran).collect()
+                self.reset(timed, index)
             }
             Place::Indexed(DeviceType::Timed(timed), false) if mnemonic == "RST" => {
                 self.approximate(format!(

@@ -36,6 +36,16 @@ pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<
     })
 }
 
+/// Whether the device or device range that `text` names contains the special device of this name.
+pub(super) fn has_special(text: &str, special: &str, family: Family) -> bool {
+    let (Some((kind, first, count)), Some((other, number, _))) =
+        (devices(text, family), devices(special, family))
+    else {
+        return false;
+    };
+    kind == other && (first..first + count).contains(&number)
+}
+
 /// Parses a device (`D500`) or a device range (`ZR1000-ZR1999`): its type, the first number, and the number of devices.
 /// `None` if it is neither.
 fn devices(text: &str, family: Family) -> Option<(DeviceType, u32, u32)> {

@@ -1,13 +1,16 @@
 //! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant
 //! scan.
 
+use super::ranges::{self, has_special};
 use super::state::Lowering;
 use super::written::{LONGEST_BLOCK, block_length, unpulsed, written};
-use crate::memory::{DeviceType, Family};
+use crate::catalog::EVERYWHERE;
+use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place};
-use crate::resolve::Item;
+use crate::resolve::{Category, Item};
 use scanbound_base::time::Picos;
-use scanbound_ir::{Instruction, ScanControl, Setting, Step, Switch};
+use scanbound_ir::{AreaId, Cell, Instruction, Region, ScanControl, Setting, Step, Switch};
+use std::ops::RangeInclusive;
 
 /// One unit of D8000 and D8039, a millisecond, in ps.
 const MS: u64 = 1_000_000_000;
@@ -15,6 +18,10 @@ const MS: u64 = 1_000_000_000;
 const WATCHDOG: u32 = 8000;
 /// The number of the register with the constant scan time, and of the relay that enables it (same sources).
 const CONSTANT: u32 = 8039;
+/// The numbers of the special registers of the FX that are its index registers: Z0 and V0, then Z1 to V7.
+const INDEX_REGISTERS: [RangeInclusive<u32>; 2] = [8028..=8029, 8182..=8195];
+/// The areas of the index registers.
+const INDEX_AREAS: [AreaId; 2] = [area("Z"), area("V index ")];
 
 /// How the CPUs of a family can change the limits of their scan time: the devices for watchdog time, constant scan time
 /// and the relay that enables it. Q, L and iQ-R have no such devices (empty names).
@@ -26,6 +33,11 @@ pub(super) fn of_family(family: Family) -> ScanControl {
     };
     let by_parameters = (family != Family::Fx).then_some("constant scan");
     ScanControl { devices, by_parameters, ..ScanControl::default() }
+}
+
+/// Whether the catalog says that the instruction may write any device.
+fn writes_everywhere(item: &Item<'_>) -> bool {
+    matches!(&item.category, Category::Listed(found) if found.entry.also.contains(&EVERYWHERE))
 }
 
 impl Lowering<'_> {
@@ -61,6 +73,10 @@ impl Lowering<'_> {
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return;
         }
+        if writes_everywhere(item) {
+            self.set_all(at, &item.raw.text);
+            return;
+        }
         let written = written(item);
         // An indirect address may point to any of the registers.
         let is_any = |device: &Device| matches!(device.place, Place::Indirect);
@@ -93,6 +109,78 @@ impl Lowering<'_> {
             };
             self.out.program.scan_control.switches.insert(at, switch);
         }
+    }
+
+    /// Records that the instruction `at`, a call of the missing routine `name`, may set the special devices for watchdog
+    /// and constant scan that the facts let the routine write.
+    pub(super) fn note_missing_routine(&mut self, at: usize, name: &str) {
+        let writes = self.options.facts.calls.get(name).and_then(|stated| stated.writes.as_ref());
+        let text = self.out.program.instructions[at].text.to_string();
+        let Some(writes) = writes else { return self.set_all(at, &text) };
+        let [watchdog, constant, relay] = self.out.program.scan_control.devices;
+        let is_written =
+            |special| writes.iter().any(|text| has_special(text, special, self.family));
+        let control = &mut self.out.program.scan_control;
+        if is_written(watchdog) {
+            control.watchdog.insert(at, Setting::Computed(text.clone()));
+        }
+        if is_written(constant) {
+            control.constant.insert(at, Setting::Computed(text));
+        }
+        if is_written(relay) {
+            control.switches.insert(at, Switch::Unknown);
+        }
+    }
+
+    /// Records that the instruction `at`, with this text, may write any special device for watchdog and constant scan.
+    fn set_all(&mut self, at: usize, text: &str) {
+        if !matches!(self.family, Family::Fx | Family::Fx5) {
+            return;
+        }
+        let control = &mut self.out.program.scan_control;
+        control.watchdog.insert(at, Setting::Computed(text.to_owned()));
+        control.constant.insert(at, Setting::Computed(text.to_owned()));
+        control.switches.insert(at, Switch::Unknown);
+    }
+
+    /// FX, FX5: whether index registers may get other values than [`index_values`](super::written::index_values) finds:
+    /// through an instruction that writes them without an operand, through a special register or an indirect address,
+    /// from a missing routine or from other stations.
+    pub(super) fn writes_other_indices(&self) -> bool {
+        if !matches!(self.family, Family::Fx | Family::Fx5) {
+            return false;
+        }
+        let facts = self.options.facts;
+        let in_index = |region: &Region| match *region {
+            Region::Range { first: Cell { area, .. }, .. } | Region::Area(area) => {
+                INDEX_AREAS.contains(&area)
+            }
+            Region::Everything => true,
+        };
+        let is_index = |text: &String| {
+            let regions = ranges::written(text, self.family, false);
+            regions.is_some_and(|regions| regions.iter().any(in_index))
+        };
+        let stated = |name: &String| facts.calls.get(name).and_then(|one| one.writes.as_ref());
+        let mut missing = self.structure.missing_routines();
+        let by_routine =
+            missing.any(|name| stated(name).is_none_or(|writes| writes.iter().any(is_index)));
+        let by_item = |item: &Item<'_>| {
+            let also = match &item.category {
+                Category::Listed(found) => &found.entry.also[..],
+                _ => &[],
+            };
+            also.iter().any(|&name| name == EVERYWHERE || INDEX_AREAS.contains(&area(name)))
+                || written(item).iter().any(|device| match device.place {
+                    Place::Indirect => true,
+                    _ if self.family == Family::Fx && device.name == "D" => INDEX_REGISTERS
+                        .into_iter()
+                        .flatten()
+                        .any(|one| self.may_reach(item, device, one)),
+                    _ => false,
+                })
+        };
+        by_routine || facts.external.iter().any(is_index) || self.resolved.items.iter().any(by_item)
     }
 
     /// Whether an instruction that writes a block from this device on may write the special device of number `special`.
@@ -132,9 +220,12 @@ impl Lowering<'_> {
     /// Whether a write to an indexed device may reach the device of number `special`. The values of an index register
     /// are known if they are stated, or if the program assigns only constants to it; otherwise it may.
     fn index_reaches(&self, item: &Item<'_>, device: &Device, special: u32) -> bool {
-        let Some(index) = device.index else { return false };
+        // The other end of the range may be anywhere.
+        let (Some(index), false) = (device.index, item.name.starts_with("ZRST")) else {
+            return true;
+        };
         let length = match device.place {
-            Place::IndexedDigits(_, digits) => 4 * u32::from(digits),
+            Place::IndexedDigits(_, digits) => 4 * u32::from(digits) * block_length(item),
             _ => block_length(item),
         };
         let leads = |value: i64| {
@@ -145,7 +236,12 @@ impl Lowering<'_> {
         let stated = self.options.facts.indices.iter();
         let mut stated = stated.filter(|(name, _)| name.eq_ignore_ascii_case(&register));
         if let Some((_, &(low, high))) = stated.next() {
-            return (low..=high).any(leads);
+            let first = i64::from(index.number) + low;
+            let end = i64::from(index.number) + high + i64::from(length);
+            return (first..end).contains(&i64::from(special));
+        }
+        if self.modes.index_is_open {
+            return true;
         }
         match self.modes.index_values.get(&(index.letters, index.register)) {
             None => leads(0),
