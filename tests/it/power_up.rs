@@ -117,3 +117,18 @@ fn omron_inputs_are_the_words_that_the_program_does_not_write() {
     let report = audit("LD W0.00\nSwOp0\nLD 0.00\nOUT 100.00\nEND\n");
     assert_eq!(inputs(&report), None);
 }
+
+#[test]
+fn the_first_scan_of_an_omron_cpu_is_led_up_to() {
+    // DM0100 to DM0139 are too many words to decide whether a scan starts with their values.
+    let list = "LD 03000\nXFER(70) #0040 DM0000 DM0100\nLD 25315\nOR 03000\nOUT 03000\nEND\n";
+    let output = run(&["audit", "--cpu", "C200H", "--trust", "all", "--format", "json"], list);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(inputs(&report).map(|scans| scans.len()), Some(2), "{report}");
+    assert_eq!(report["scan"]["exact"], true, "{report}");
+    // The flag is off in the scans that follow.
+    let list = list.replace("LD 03000", "LD 25315\nAND 03000");
+    let output = run(&["audit", "--cpu", "C200H", "--trust", "all", "--format", "json"], &list);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(report["scan"]["lower_ps"].as_u64() < report["scan"]["upper_ps"].as_u64(), "{report}");
+}

@@ -492,6 +492,10 @@ impl SearchedProject<'_> {
                     run = sought(&mut found);
                 }
             }
+            if run.is_empty() && found.is_start_undecided {
+                found = found.without_time();
+                run = sought(&mut found);
+            }
             search.within(&found.best, upper).map_err(Failure::Internal)?;
             Ok::<_, Failure>((found, run))
         };

@@ -46,13 +46,21 @@ pub struct RunResults {
     pub knowledge: Knowledge,
     /// The stated facts that real runs violate.
     pub violations: Violations,
+    /// Whether it is undecided that a scan starts as the longest real run does. Unless a run from power-up leads to it, no
+    /// lower bound may rest on it.
+    pub is_start_undecided: bool,
 }
 
 impl RunResults {
     /// The results after the first run: what it showed is added to `knowledge`.
     fn first(program: &Program, run: RealRun, start: Witness, knowledge: Knowledge) -> RunResults {
-        let mut found =
-            RunResults { best: run, witness: start, knowledge, violations: Violations::default() };
+        let mut found = RunResults {
+            best: run,
+            witness: start,
+            knowledge,
+            violations: Violations::default(),
+            is_start_undecided: false,
+        };
         learn(&mut found.knowledge, &mut found.best);
         found.violations.note(program, &found.best, None);
         found
@@ -74,6 +82,7 @@ impl RunResults {
     pub(super) fn without_time(mut self) -> RunResults {
         self.best.replay.total = Picos::ZERO;
         self.best.replay.events.clear();
+        self.is_start_undecided = false;
         self
     }
 

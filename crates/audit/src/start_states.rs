@@ -91,10 +91,8 @@ pub(super) fn keep_possible(
         trust,
         limits: &limits,
     };
-    let undecided = |found: RunResults| match trust {
-        Trust::All => found.without_time(),
-        _ => found,
-    };
+    let undecided =
+        |found: RunResults| RunResults { is_start_undecided: trust == Trust::All, ..found };
     let (bits, mut states) = match left.find() {
         Ok(Some(left)) => left,
         Ok(None) => return Ok(found),
@@ -121,8 +119,7 @@ pub(super) fn keep_possible(
             return Ok(found);
         }
     }
-    // It is not decided whether a scan leaves this state, so no lower bound may rest on it.
-    Ok(found.without_time())
+    Ok(RunResults { is_start_undecided: true, ..found })
 }
 
 /// The longest real run in which no timer runs out, in this scan or before it. `None` if that makes no difference.

@@ -9,7 +9,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::OperationInput;
 use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{
-    AreaId, AreaKind, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
+    AreaId, AreaKind, BitTarget, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,6 +105,8 @@ pub struct Run<'p> {
     timer_memory: RefCell<TimerMemory>,
     /// For each running timer, by its memory cell: the earliest and the latest time at which it was started.
     began: BTreeMap<Cell, (Picos, Picos)>,
+    /// The bit of a word that is on in the first scan only, if the program does not write that word.
+    first_scan_flag: Option<(Cell, u8)>,
     /// The start values that the last scan read.
     asked: RefCell<BTreeMap<Cell, u16>>,
     /// The time of the last scan, if scans with the same inputs repeat it until a timer times out. Otherwise `None`.
@@ -128,8 +130,15 @@ impl<'p> Run<'p> {
         let coils = outside.program.timekeeping.instructions.values();
         let timers = coils.filter(|timed| timed.kind.is_timer());
         let presents: BTreeSet<Cell> = timers.map(|timed| timed.present).collect();
+        let first_scan_flag = match outside.program.power_up.after_clear {
+            Some(BitTarget::WordBit(word, bit)) if !writes(outside.program, word) => {
+                Some((word, bit))
+            }
+            _ => None,
+        };
         Run {
             outside,
+            first_scan_flag,
             times,
             overhead,
             memory: Memory::default(),
@@ -174,6 +183,14 @@ impl<'p> Run<'p> {
         self.now += took;
         self.is_first = false;
         real
+    }
+
+    /// The bit of this word that is on in the first scan only. 0 if it has no such bit, or the program may write it.
+    fn first_scan_flag(&self, cell: Cell) -> u16 {
+        match self.first_scan_flag {
+            Some((word, bit)) if word == cell => 1 << bit,
+            _ => 0,
+        }
     }
 
     /// The start values that the last scan read, by cell.
@@ -226,25 +243,9 @@ impl<'p> Run<'p> {
     }
 }
 
-impl FreeValues for Start<'_, '_> {
-    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
-        let Run { outside, memory, is_first, .. } = self.run;
-        let value = if outside.program_written.is_none() && outside.sets(cell) {
-            self.given.inputs.get(&cell).copied().unwrap_or(0)
-        } else if outside.program.power_up.first_scan.contains(&cell) {
-            u16::from(*is_first)
-        } else {
-            match memory.get(cell) {
-                Some((value, _)) => value,
-                None if outside.is_unknown(cell, true) => outside.placeholder(cell),
-                None => outside.program.power_up.initial_value(cell),
-            }
-        };
-        self.run.asked.borrow_mut().insert(cell, value);
-        value
-    }
-
-    fn unknown(&mut self, cell: Cell) -> u16 {
+impl Start<'_, '_> {
+    /// The bits of a start value that are unknown. The flag of the first scan in a word may be among them.
+    fn unknown_bits(&self, cell: Cell) -> u16 {
         let outside = self.run.outside;
         let program = outside.program;
         let power_up = &program.power_up;
@@ -269,6 +270,31 @@ impl FreeValues for Start<'_, '_> {
             None if is_in(&power_up.cleared) => 0,
             None => u16::MAX,
         }
+    }
+}
+
+impl FreeValues for Start<'_, '_> {
+    fn start(&mut self, cell: Cell, _kind: AreaKind) -> u16 {
+        let Run { outside, memory, is_first, .. } = self.run;
+        let value = if outside.program_written.is_none() && outside.sets(cell) {
+            self.given.inputs.get(&cell).copied().unwrap_or(0)
+        } else if outside.program.power_up.first_scan.contains(&cell) {
+            u16::from(*is_first)
+        } else {
+            let value = match memory.get(cell) {
+                Some((value, _)) => value,
+                None if outside.is_unknown(cell, true) => outside.placeholder(cell),
+                None => outside.program.power_up.initial_value(cell),
+            };
+            let flag = self.run.first_scan_flag(cell);
+            if *is_first { value | flag } else { value & !flag }
+        };
+        self.run.asked.borrow_mut().insert(cell, value);
+        value
+    }
+
+    fn unknown(&mut self, cell: Cell) -> u16 {
+        self.unknown_bits(cell) & !self.run.first_scan_flag(cell)
     }
 
     fn outside_is_unknown(&self) -> bool {
@@ -347,6 +373,12 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
         }
     }
     found
+}
+
+/// Whether the program may write a cell.
+fn writes(program: &Program, cell: Cell) -> bool {
+    let mut written = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
+    written.any(|region| region.contains(cell))
 }
 
 /// All regions that the program may write in the areas in which it has inputs; the regions need not be inputs. If a bit
