@@ -23,6 +23,7 @@ mod html;
 mod iec_calls;
 mod iec_conversions;
 mod iec_drawn;
+mod iec_effects;
 mod iec_exact;
 mod iec_objects;
 mod iec_orders;

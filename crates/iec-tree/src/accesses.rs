@@ -1,11 +1,15 @@
 //! What code reads, writes and calls, as one walk through it tells: questions about this differ in what they make of
 //! it.
 
+use crate::charts::{ActionBody, Chart, Code};
 use crate::code::{
     Applied, Call, Enable, Expr, ExprKind, Passed, Place, Statement, StatementKind, StepFlag,
+    Target,
 };
+use std::slice::from_ref;
 
-/// What is told of code, in its order. Nothing is told of indices.
+/// What is told of code. What the indices of a place do is told before the place itself, and so is what the indices in
+/// the path of a called instance or of a step's chart do. Else the order is not that in which code is executed.
 pub trait Accesses {
     /// A variable is read.
     fn reads(&mut self, place: &Place);
@@ -15,10 +19,41 @@ pub trait Accesses {
     fn takes_address(&mut self, place: &Place);
     /// A step's flag or time is read.
     fn asks(&mut self, flag: &StepFlag);
-    /// Something is called, to which all that it is passed has been told.
+    /// Something is called. All that it is passed was told before.
     fn calls(&mut self, call: &Call);
-    /// A statement comes, before what stands in it is told.
+    /// A statement comes. What stands in it is told after this.
     fn begins(&mut self, _: &Statement) {}
+    /// Here stands code that could not be read.
+    fn unread(&mut self) {}
+}
+
+/// Tells what code does.
+pub fn of_code(code: &Code, see: &mut dyn Accesses) {
+    match code {
+        Code::Statements(all) => of_statements(all, see),
+        Code::Chart(chart) => of_chart(chart, see),
+        Code::Unread(_) => see.unread(),
+    }
+}
+
+/// Tells what a chart does, but not which variables stop it or start it again.
+pub fn of_chart(chart: &Chart, see: &mut dyn Accesses) {
+    chart.conditions.iter().for_each(|one| of_expr(one, see));
+    let hooks = chart.steps.iter().flat_map(|step| [&step.exit, &step.entry, &step.active]);
+    hooks.flatten().for_each(|one| of_statements(from_ref(one), see));
+    for action in &chart.actions {
+        action.times.iter().flatten().for_each(|time| of_expr(time, see));
+        match &action.body {
+            ActionBody::Inline(_, code) => of_code(code, see),
+            ActionBody::Variable(place) => {
+                of_read(place, see);
+                of_write(place, see);
+            }
+            ActionBody::Call(call) | ActionBody::Computed(call, _) => {
+                of_statements(from_ref(call), see);
+            }
+        }
+    }
 }
 
 /// Tells what statements do.
@@ -28,11 +63,11 @@ pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
         match &one.kind {
             StatementKind::Assign(target, value) | StatementKind::Latch(target, _, value) => {
                 of_expr(value, see);
-                see.writes(target);
+                of_write(target, see);
             }
             StatementKind::Copy(target, from) => {
-                see.reads(from);
-                see.writes(target);
+                of_read(from, see);
+                of_write(target, see);
             }
             StatementKind::Keep(_, value)
             | StatementKind::Return(value)
@@ -41,14 +76,14 @@ pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
             StatementKind::Standard(applied) => of_applied(applied, see),
             StatementKind::CallIf(condition, inner) => {
                 of_expr(condition, see);
-                of_statements(std::slice::from_ref(inner), see);
+                of_statements(from_ref(inner), see);
             }
             StatementKind::After(both) => {
                 of_call(&both.0, see);
-                of_statements(std::slice::from_ref(&both.1), see);
+                of_statements(from_ref(&both.1), see);
             }
             StatementKind::Foreign(stated) => {
-                stated.writes.iter().flatten().for_each(|place| see.writes(place));
+                stated.writes.iter().flatten().for_each(|place| of_write(place, see));
             }
             StatementKind::If(arms, otherwise) => {
                 arms.iter().for_each(|(condition, _)| of_expr(condition, see));
@@ -67,7 +102,7 @@ pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
             StatementKind::For(own) => {
                 of_expr(&own.from, see);
                 of_expr(&own.to, see);
-                see.writes(&own.variable);
+                of_write(&own.variable, see);
                 of_statements(&own.body, see);
             }
             StatementKind::While(condition, body) | StatementKind::Repeat(body, condition) => {
@@ -90,9 +125,15 @@ pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
 /// Tells what an expression does.
 pub fn of_expr(one: &Expr, see: &mut dyn Accesses) {
     match &one.kind {
-        ExprKind::Read(place) => see.reads(place),
-        ExprKind::Address(place) => see.takes_address(place),
-        ExprKind::Step(flag) => see.asks(flag),
+        ExprKind::Read(place) => of_read(place, see),
+        ExprKind::Address(place) => {
+            of_indices(place, see);
+            see.takes_address(place);
+        }
+        ExprKind::Step(flag) => {
+            of_indices(&flag.owner, see);
+            see.asks(flag);
+        }
         ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
             of_expr(inner, see);
         }
@@ -111,19 +152,43 @@ pub fn of_expr(one: &Expr, see: &mut dyn Accesses) {
             of_expr(&both.0, see);
             of_expr(&both.1, see);
         }
-        _ => {}
+        ExprKind::Bool(_)
+        | ExprKind::Whole(_)
+        | ExprKind::Typed(_)
+        | ExprKind::Named(_)
+        | ExprKind::Real(_)
+        | ExprKind::Time(_)
+        | ExprKind::Opaque
+        | ExprKind::Text(_)
+        | ExprKind::Null
+        | ExprKind::Either(None)
+        | ExprKind::Fault(_) => {}
     }
+}
+
+fn of_indices(place: &Place, see: &mut dyn Accesses) {
+    place.indices().for_each(|index| of_expr(index, see));
+}
+
+fn of_read(place: &Place, see: &mut dyn Accesses) {
+    of_indices(place, see);
+    see.reads(place);
+}
+
+fn of_write(place: &Place, see: &mut dyn Accesses) {
+    of_indices(place, see);
+    see.writes(place);
 }
 
 fn of_applied(of: &Applied, see: &mut dyn Accesses) {
     of.inputs.iter().for_each(|one| of_expr(one, see));
-    of.outputs.iter().for_each(|place| see.writes(place));
+    of.outputs.iter().for_each(|place| of_write(place, see));
     of_enable(&of.enable, see);
 }
 
 fn of_enable(enable: &Enable, see: &mut dyn Accesses) {
     enable.condition.iter().for_each(|one| of_expr(one, see));
-    enable.result.iter().for_each(|(place, _)| see.writes(place));
+    enable.result.iter().for_each(|(place, _)| of_write(place, see));
 }
 
 /// Tells what a call does, and what it is passed.
@@ -134,13 +199,21 @@ pub fn of_call(call: &Call, see: &mut dyn Accesses) {
             Passed::InOut(one) => {
                 of_expr(one, see);
                 if let ExprKind::Read(place) = &one.unconverted().kind {
-                    see.writes(place);
+                    of_write(place, see);
                 }
             }
-            Passed::Output(place, _) => see.writes(place),
+            Passed::Output(place, _) => of_write(place, see),
             Passed::Dropped => {}
         }
     }
     of_enable(&call.enable, see);
+    match &call.target {
+        Target::Instance(place, _)
+        | Target::Standard(place, _)
+        | Target::Action(place, _)
+        | Target::Method(place, _)
+        | Target::Program(place, _) => of_indices(place, see),
+        Target::Function(_) | Target::BaseMethod(_) | Target::BaseBody(_) => {}
+    }
     see.calls(call);
 }

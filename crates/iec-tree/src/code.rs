@@ -135,6 +135,14 @@ pub struct Applied {
     pub enable: Enable,
 }
 
+impl Applied {
+    /// Whether it gives more than its result.
+    #[must_use]
+    pub fn gives_more(&self) -> bool {
+        self.enable.result.is_some() || !self.outputs.is_empty()
+    }
+}
+
 /// `EN` and `ENO` of a call.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Enable {
@@ -217,6 +225,11 @@ impl Call {
             Passed::ByValue(one) | Passed::InOut(one) => Some(one),
             Passed::Output(..) | Passed::Dropped => None,
         })
+    }
+
+    /// The values that it passes, and what `EN` is given.
+    pub fn given(&self) -> impl Iterator<Item = &Expr> {
+        self.values().chain(&self.enable.condition)
     }
 }
 
@@ -349,7 +362,7 @@ impl Expr {
         }
     }
 
-    /// Shows it and all in it but what stands in indices and what calls pass.
+    /// Shows it and all in it, what calls pass and what `EN` is given included; not what stands in indices.
     pub fn each(&self, see: &mut dyn FnMut(&Expr)) {
         see(self);
         match &self.kind {
@@ -360,10 +373,13 @@ impl Expr {
                 left.each(see);
                 right.each(see);
             }
-            ExprKind::Standard(applied) => applied.inputs.iter().for_each(|one| one.each(see)),
-            ExprKind::Call(call) => call.values().for_each(|one| one.each(see)),
+            ExprKind::Standard(applied) => {
+                let given = applied.inputs.iter().chain(&applied.enable.condition);
+                given.for_each(|one| one.each(see));
+            }
+            ExprKind::Call(call) => call.given().for_each(|one| one.each(see)),
             ExprKind::After(both) => {
-                both.0.values().for_each(|one| one.each(see));
+                both.0.given().for_each(|one| one.each(see));
                 both.1.each(see);
             }
             ExprKind::List(all) => all.iter().for_each(|one| one.each(see)),
@@ -373,6 +389,28 @@ impl Expr {
             }
             _ => {}
         }
+    }
+
+    /// Shows what in it calls what the project declares, or is a function of the standard's that gives more than its
+    /// result; what stands in indices counts, too.
+    pub fn each_call(&self, see: &mut dyn FnMut(&Expr)) {
+        self.each(&mut |one| match &one.kind {
+            ExprKind::Call(_) | ExprKind::After(_) => see(one),
+            ExprKind::Standard(applied) if applied.gives_more() => see(one),
+            ExprKind::Read(place) | ExprKind::Address(place) => {
+                place.indices().for_each(|index| index.each_call(see));
+            }
+            ExprKind::Step(flag) => flag.owner.indices().for_each(|index| index.each_call(see)),
+            _ => {}
+        });
+    }
+
+    /// Whether it calls what the project declares, or a function of the standard's that gives more than its result.
+    #[must_use]
+    pub fn calls(&self) -> bool {
+        let mut found = false;
+        self.each_call(&mut |_| found = true);
+        found
     }
 }
 

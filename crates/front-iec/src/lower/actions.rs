@@ -248,29 +248,7 @@ impl Lower<'_> {
         let own = self.chart_cell(at.instance, id);
         found.reads.insert(own);
         found.writes.insert(own);
-        for one in &chart.conditions {
-            self.of_expr(at, one, found);
-        }
-        let hooks = chart.steps.iter().flat_map(|step| [&step.exit, &step.entry, &step.active]);
-        for one in hooks.flatten() {
-            self.of_statements(at, std::slice::from_ref(one), found);
-        }
-        for action in &chart.actions {
-            action.times.iter().flatten().for_each(|time| self.of_expr(at, time, found));
-            match &action.body {
-                ActionBody::Inline(_, Code::Statements(all)) => {
-                    self.of_statements(at, all, found);
-                }
-                ActionBody::Inline(..) => found.anything = true,
-                ActionBody::Variable(place) => {
-                    self.looked_at(at, place, found);
-                    self.written(at, place, found);
-                }
-                ActionBody::Call(call) | ActionBody::Computed(call, _) => {
-                    self.of_statements(at, std::slice::from_ref(call), found);
-                }
-            }
-        }
+        self.of_actions(at, chart, found);
         for &flag in [&chart.halt, &chart.restart].into_iter().flatten() {
             if let Ok(spot) = self.variable(at, flag) {
                 add(&mut found.reads, spot.tag.regions());

@@ -2,13 +2,16 @@
 //! They are followed as copies that are given back, so a call in which one variable has two names is refused.
 
 use super::cells::{Effects, add};
+use super::references::references_in;
 use super::spots::{Callee, Context, Instance};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Section};
 use scanbound_iec_tree::declarations::VarId;
-use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Parameter, Passed, Place, Step};
+use scanbound_iec_tree::tree::{
+    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Step, Target,
+};
 use std::collections::BTreeSet;
 
 impl Lower<'_> {
@@ -35,35 +38,11 @@ impl Lower<'_> {
             }
         }
         let handed: Vec<&Place> = handed_over(call).collect();
-        let taken = call.passed.iter().filter_map(|(_, passed)| match passed {
-            Passed::Output(place, _) => Some(place),
-            _ => None,
-        });
-        let taken: Vec<&Place> = taken.collect();
-        if handed.is_empty() && taken.iter().all(|place| place.indices().next().is_none()) {
+        if handed.is_empty() && !written_by(call).iter().any(|place| has_open_index(place)) {
             return Ok(());
         }
         let within = self.effects_of(called);
-        for place in handed.iter().chain(&taken) {
-            // Where an element is looked for may be settled before the call or behind it.
-            let indices: Vec<&Expr> =
-                place.indices().filter(|index| index.whole().is_none()).collect();
-            let mut moved = false;
-            for index in indices {
-                let looked = self.found(|own, found| own.of_expr(at, index, found));
-                let mut changed = Effects::default();
-                for other in handed.iter().chain(&taken) {
-                    self.written(at, other, &mut changed);
-                }
-                moved |=
-                    self.calls_own(index) || within.changes(&looked) || changed.changes(&looked);
-            }
-            if moved {
-                let message = format!("what {} means may change while the call runs", place.text);
-                let help = "assign the index or the address to a variable that nothing else writes";
-                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
-            }
-        }
+        self.outputs_stay(at, &written_by(call), call.given(), within.clone(), line)?;
         let mut before = Effects::default();
         for place in handed {
             let own = self.found(|own, found| own.written(at, place, found));
@@ -78,6 +57,73 @@ impl Lower<'_> {
             before.join(&own);
         }
         Ok(())
+    }
+
+    /// Refuses a call that writes places of which it may change where they lie: the indices may be worked out before the
+    /// call or behind it. `within` is what the call itself does.
+    pub(super) fn outputs_stay<'e>(
+        &mut self,
+        at: &Context,
+        places: &[&Place],
+        given: impl Iterator<Item = &'e Expr>,
+        mut within: Effects,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if !places.iter().any(|place| has_open_index(place)) {
+            return Ok(());
+        }
+        given.for_each(|one| self.of_expr(at, one, &mut within));
+        places.iter().for_each(|place| self.written(at, place, &mut within));
+        for place in places {
+            let indices = place.indices().filter(|index| index.whole().is_none());
+            for index in indices {
+                let looked = self.found(|own, found| own.of_expr(at, index, found));
+                if index.calls() || within.changes(&looked) {
+                    let message =
+                        format!("what {} means may change while the call runs", place.text);
+                    let help =
+                        "assign the index or the address to a variable that nothing else writes";
+                    return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a call that may change which instance its path means, or the other way round. Some compilers look the
+    /// instance up once, others again for each input, for the body and for each output; that of a method once, before
+    /// its arguments or behind them.
+    pub(super) fn index_stays(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        if place.indices().all(|index| index.whole().is_some())
+            && references_in(place).iter().all(|one| self.means_one(at, one))
+        {
+            return Ok(());
+        }
+        let looked = self.found(|own, found| own.led_to(at, place, found));
+        let takes = |passed: &Passed| matches!(passed, Passed::InOut(_) | Passed::Output(..));
+        let then = self.found(|own, found| {
+            call.given().for_each(|one| own.of_expr(at, one, found));
+            if call.enable.result.is_some() || call.passed.iter().any(|(_, passed)| takes(passed)) {
+                own.of_call(at, call, found);
+            }
+        });
+        let (looked, then) = (self.lasting(at, looked), self.lasting(at, then));
+        let is_again = !matches!(call.target, Target::Method(..))
+            && (!call.passed.is_empty() || call.enable.is_given())
+            && place.indices().any(|index| index.calls());
+        if !is_again && !then.changes(&looked) && !looked.changes(&then) {
+            return self.charge_indices_again(at, place, call);
+        }
+        let told = format!("which instance {} means may change within its call", place.text);
+        let help =
+            "assign the index or the reference to a variable that nothing in the call writes";
+        Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
     /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are written, or
@@ -153,10 +199,10 @@ impl Lower<'_> {
         let mut is_plain = true;
         one.each(&mut |part| match &part.kind {
             ExprKind::Read(_) => parts.push(part.clone()),
-            ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Address(_) => is_plain = false,
+            ExprKind::Address(_) | ExprKind::Step(_) => is_plain = false,
             _ => {}
         });
-        if !is_plain {
+        if !is_plain || one.calls() {
             parts = vec![one.clone()];
         }
         parts.iter().any(|part| {
@@ -242,6 +288,21 @@ impl Lower<'_> {
     }
 }
 
+/// What a call writes of the caller's: what it hands over in and out, its outputs, and ENO.
+pub(super) fn written_by(call: &Call) -> Vec<&Place> {
+    let taken = call.passed.iter().filter_map(|(_, passed)| match passed {
+        Passed::Output(place, _) => Some(place),
+        _ => None,
+    });
+    let results = call.enable.result.iter().map(|(place, _)| place);
+    handed_over(call).chain(taken).chain(results).collect()
+}
+
+/// Whether an index of a path is worked out.
+fn has_open_index(place: &Place) -> bool {
+    place.indices().any(|index| index.whole().is_none())
+}
+
 /// What a call hands over in and out.
 fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
     call.passed.iter().filter_map(|(_, passed)| match passed {
@@ -253,22 +314,37 @@ fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
     })
 }
 
-/// Whether two places are different bits of numbers or different parts of structures, whatever they are parts of.
-fn are_other_parts(one: &Place, other: &Place) -> bool {
-    match (one.steps.last(), other.steps.last()) {
-        (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,
-        (Some(Step::Part(part)), Some(Step::Part(another))) => {
-            part != another && one.steps.len() == other.steps.len() && one.root == other.root
-        }
-        _ => false,
-    }
+/// Whether a place is found without a reference.
+fn is_direct(place: &Place) -> bool {
+    !matches!(place.root, Root::Target(_))
+        && !place.steps.iter().any(|step| matches!(step, Step::Dereference))
 }
 
-/// Whether a place is a variable or a pin of an instance, and not this one.
-fn is_other_member(place: &Place, parameter: Parameter) -> bool {
-    match (place.steps.last(), parameter) {
-        (Some(Step::Member(id)), Parameter::Variable(own)) => *id != own,
-        (Some(Step::Pin(pin)), Parameter::Pin(own)) => *pin != own,
+/// Whether two places are different bits of numbers or different parts of structures, whatever elements of one variable they
+/// are parts of.
+fn are_other_parts(one: &Place, other: &Place) -> bool {
+    let is_other = match (one.steps.last(), other.steps.last()) {
+        (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,
+        (Some(Step::Part(one)), Some(Step::Part(other))) => one != other,
         _ => false,
-    }
+    };
+    is_other
+        && one.root == other.root
+        && one.steps.len() == other.steps.len()
+        && is_direct(one)
+        && is_direct(other)
+}
+
+/// Whether a place is a variable or a pin of an instance, and neither this one nor a part of it.
+fn is_other_member(place: &Place, parameter: Parameter) -> bool {
+    let is_own = |step: &Step| match (step, parameter) {
+        (Step::Member(id), Parameter::Variable(own)) => *id == own,
+        (Step::Pin(pin), Parameter::Pin(own)) => *pin == own,
+        _ => false,
+    };
+    let is_member = matches!(
+        (place.steps.last(), parameter),
+        (Some(Step::Member(_)), Parameter::Variable(_)) | (Some(Step::Pin(_)), Parameter::Pin(_))
+    );
+    is_member && is_direct(place) && !place.steps.iter().any(is_own)
 }

@@ -1,5 +1,6 @@
 //! Calls: values are passed, what is called is executed, results are taken.
 
+use super::aliases::written_by;
 use super::cells::{Effects, add};
 use super::elements::unknown_number;
 use super::enable::Enabled;
@@ -46,6 +47,9 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<Value, Fault> {
         let tree = self.tree;
+        if let Target::Method(place, _) = &call.target {
+            self.index_stays(at, place, call, line)?;
+        }
         if let Some(found) = self.called_through(at, call, is_asked, line)? {
             return Ok(found);
         }
@@ -273,6 +277,11 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         let tree = self.tree;
+        if let Target::Instance(place, _) | Target::Standard(place, _) | Target::Action(place, _) =
+            &call.target
+        {
+            self.index_stays(at, place, call, line)?;
+        }
         if self.called_through(at, call, false, line)?.is_some() {
             return Ok(());
         }
@@ -367,6 +376,9 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         let callee = Callee::Standard(spot.clone(), block);
+        let mut within = Effects::default();
+        add(&mut within.writes, spot.tag.regions());
+        self.outputs_stay(at, &written_by(call), call.given(), within, line)?;
         let inputs = self.begin_arguments(at, &callee, call, line)?;
         self.hand_over(at, &callee, call, line)?;
         let enabled = self.begin_body(inputs, Assembler::block_key(block));
@@ -432,7 +444,7 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         self.passes_in_any_order(at, callee, call, line)?;
-        let calls_any = call.values().any(|one| self.calls_own(one));
+        let calls_any = call.values().any(|one| one.calls());
         self.evaluates_in_two_orders(at, call, line)?;
         let (mut one_way, mut both) = (Vec::new(), Vec::new());
         for (parameter, passed) in &call.passed {

@@ -3,12 +3,14 @@
 
 use super::address::bits;
 use super::cells::{Cells, Effects, add};
+use super::references::references_in;
 use super::spots::{Context, Spot};
 use super::{Entry, Lower};
 use scanbound_iec_tree::accesses::{self, Accesses};
+use scanbound_iec_tree::charts::Chart;
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
 use scanbound_iec_tree::tree::{
-    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Statement, Step, StepFlag, Target,
+    Call, Expr, Parameter, Passed, Place, Root, Statement, Step, StepFlag, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaId, Cell, RegionSet};
@@ -44,37 +46,22 @@ pub(super) fn is_same(one: &Place, other: &Place) -> bool {
         && one.steps.iter().zip(&other.steps).all(step)
 }
 
-/// Whether an expression calls what the project declares; what stands in indices counts, too.
-fn calls(one: &Expr) -> bool {
-    let mut found = false;
-    one.each(&mut |one| match &one.kind {
-        ExprKind::Call(_) | ExprKind::After(_) => found = true,
-        ExprKind::Read(place) => found |= place.indices().any(calls),
-        _ => {}
-    });
-    found
-}
-
 impl Lower<'_> {
-    /// Whether an expression calls what the project declares.
-    pub(super) fn calls_own(&self, one: &Expr) -> bool {
-        calls(one)
-    }
-
     /// The calls in an expression that change what outlasts them.
     pub(super) fn acting_calls(&mut self, at: &Context, one: &Expr) -> usize {
         let mut own = Vec::new();
-        one.each(&mut |one| {
-            if matches!(one.kind, ExprKind::Call(_) | ExprKind::After(_)) {
-                own.push(one.clone());
-            }
-        });
+        one.each_call(&mut |one| own.push(one.clone()));
         own.iter().filter(|one| !self.expression_effects(at, one).writes.is_empty()).count()
     }
 
     /// What an expression reads and writes of what outlasts its calls.
     pub(super) fn expression_effects(&mut self, at: &Context, one: &Expr) -> Effects {
         let found = self.found(|own, found| own.of_expr(at, one, found));
+        self.lasting(at, found)
+    }
+
+    /// What of effects outlasts the calls that have them.
+    pub(super) fn lasting(&self, at: &Context, found: Effects) -> Effects {
         let own = self.instances[at.instance].spot.tag.regions();
         let frame = at.frame.as_ref().map(|frame| frame.tag.regions()).unwrap_or_default();
         let own: RegionSet = own.into_iter().chain(frame).collect();
@@ -92,7 +79,7 @@ impl Lower<'_> {
 
     /// Whether it makes a difference which of two expressions is worked out first.
     pub(super) fn order_matters(&mut self, at: &Context, one: &Expr, other: &Expr) -> bool {
-        if !calls(one) && !calls(other) {
+        if !one.calls() && !other.calls() {
             return false;
         }
         let (one, other) = (self.expression_effects(at, one), self.expression_effects(at, other));
@@ -205,11 +192,15 @@ impl Lower<'_> {
         accesses::of_expr(one, &mut Walk { lower: self, at, found });
     }
 
+    pub(super) fn of_actions(&mut self, at: &Context, chart: &Chart, found: &mut Effects) {
+        accesses::of_chart(chart, &mut Walk { lower: self, at, found });
+    }
+
     pub(super) fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         accesses::of_call(call, &mut Walk { lower: self, at, found });
     }
 
-    /// What that does which a call calls.
+    /// What that does which a call calls. What the indices in its path do is told apart.
     fn of_target(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         let tree = self.tree;
         let own = match &call.target {
@@ -229,11 +220,13 @@ impl Lower<'_> {
                 self.body_in(*base).map(|id| (at.instance, Entry::Routine(id)))
             }
             Target::Standard(place, _) => {
-                self.looked_at(at, place, found);
-                self.written(at, place, found);
+                self.led_through(at, place, found);
+                self.reads_of(at, place, found);
+                self.writes_of(at, place, found);
                 None
             }
             Target::Instance(place, _) | Target::Program(place, _) => {
+                self.led_through(at, place, found);
                 self.passed_to(at, place, &call.passed, found);
                 for instance in self.instances_at(at, place, found) {
                     let more = self.effects_of((instance, Entry::Body));
@@ -242,6 +235,7 @@ impl Lower<'_> {
                 None
             }
             Target::Action(place, routine) | Target::Method(place, routine) => {
+                self.led_through(at, place, found);
                 for instance in self.instances_at(at, place, found) {
                     let unit = self.instances[instance].unit;
                     let own = tree.dispatched(unit, *routine);
@@ -270,8 +264,8 @@ impl Lower<'_> {
             let Parameter::Variable(id) = parameter else { continue };
             let mut own = place.clone();
             own.steps.push(Step::Member(*id));
-            self.looked_at(at, &own, found);
-            self.written(at, &own, found);
+            self.reads_of(at, &own, found);
+            self.writes_of(at, &own, found);
         }
     }
 
@@ -293,6 +287,13 @@ impl Lower<'_> {
                 self.of_expr(at, initial, found);
             }
         }
+    }
+
+    /// Whether a reference can mean one variable at most.
+    pub(super) fn means_one(&mut self, at: &Context, reference: &Place) -> bool {
+        let mut found = Effects::default();
+        let spots = self.spots(at, reference, &mut found);
+        !found.anything && spots.iter().all(|spot| self.candidates(spot.ty).len() < 2)
     }
 
     /// The instances that a place may be.
@@ -339,14 +340,25 @@ impl Lower<'_> {
                     continue;
                 }
                 match (self.tree.types.get(spot.ty), step) {
-                    (Typed::Array(dimensions, of), Step::Element(_)) if matches!(dimensions[..], [(low, high)] if high - low < MOST) =>
+                    (Typed::Array(dimensions, of), Step::Element(_))
+                        if elements(dimensions) <= MOST =>
                     {
-                        let (low, high) = dimensions[0];
-                        for number in low..=high {
-                            let Some(tag) = spot.tag.element(number) else { continue };
-                            let name = format!("{}[{number}]", spot.name);
-                            next.push(Spot { name, tag, ty: *of });
+                        let mut all = vec![Spot { ty: *of, ..spot.clone() }];
+                        for &(low, high) in dimensions {
+                            let outer = std::mem::take(&mut all);
+                            for (one, number) in outer
+                                .iter()
+                                .flat_map(|one| (low..=high).map(move |number| (one, number)))
+                            {
+                                let Some(tag) = one.tag.element(number) else {
+                                    found.anything = true;
+                                    continue;
+                                };
+                                let name = format!("{}[{number}]", one.name);
+                                all.push(Spot { name, tag, ty: *of });
+                            }
                         }
+                        next.extend(all);
                     }
                     _ => found.anything = true,
                 }
@@ -357,30 +369,44 @@ impl Lower<'_> {
         spots
     }
 
-    /// What it takes to find a place: what its indices and the references in it read.
+    /// What it takes to find a place: what its indices do, and the references in it.
     pub(super) fn led_to(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         for index in place.indices() {
             self.of_expr(at, index, found);
         }
-        for before in self.references_in(at, place) {
-            if let Some(cells) = self.cells(at, &before) {
-                found.reads.extend(cells);
+        self.led_through(at, place, found);
+    }
+
+    /// The references that lead to a place are read.
+    fn led_through(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+        for before in references_in(place) {
+            match self.cells(at, &before) {
+                Some(cells) => found.reads.extend(cells),
+                None => found.anything = true,
             }
         }
     }
 
-    /// What a place reads: the cells that it may be, and what its indices read.
+    /// What a place reads: the cells that it may be, and what leads to it.
     pub(super) fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         self.led_to(at, place, found);
+        self.reads_of(at, place, found);
+    }
+
+    /// What writing a place writes, and what leads to it.
+    pub(super) fn written(&mut self, at: &Context, place: &Place, found: &mut Effects) {
+        self.led_to(at, place, found);
+        self.writes_of(at, place, found);
+    }
+
+    fn reads_of(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         match self.cells(at, place) {
             Some(cells) => found.reads.extend(cells),
             None => found.anything = true,
         }
     }
 
-    /// What writing a place writes; what its indices read.
-    pub(super) fn written(&mut self, at: &Context, place: &Place, found: &mut Effects) {
-        self.led_to(at, place, found);
+    fn writes_of(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         match self.cells(at, place) {
             Some(cells) => found.writes.extend(cells),
             None => found.anything = true,
@@ -489,6 +515,12 @@ impl Lower<'_> {
     }
 }
 
+/// How many elements an array has.
+fn elements(dimensions: &[(i64, i64)]) -> i64 {
+    let count = |(low, high): &(i64, i64)| high.saturating_sub(*low).saturating_add(1);
+    dimensions.iter().map(count).fold(1, i64::saturating_mul)
+}
+
 /// The bits of an address, counted in both ways.
 fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
     let Some((area, taken)) = bits(&address.to_ascii_uppercase()) else { return };
@@ -518,21 +550,24 @@ struct Walk<'w, 't> {
 
 impl Accesses for Walk<'_, '_> {
     fn reads(&mut self, place: &Place) {
-        self.lower.looked_at(self.at, place, self.found);
+        self.lower.led_through(self.at, place, self.found);
+        self.lower.reads_of(self.at, place, self.found);
     }
 
     fn writes(&mut self, place: &Place) {
-        self.lower.written(self.at, place, self.found);
+        self.lower.led_through(self.at, place, self.found);
+        self.lower.writes_of(self.at, place, self.found);
     }
 
     fn takes_address(&mut self, place: &Place) {
-        self.lower.led_to(self.at, place, self.found);
+        self.lower.led_through(self.at, place, self.found);
         for spot in self.lower.spots(self.at, place, self.found) {
             self.lower.target(&spot);
         }
     }
 
     fn asks(&mut self, flag: &StepFlag) {
+        self.lower.led_through(self.at, &flag.owner, self.found);
         for instance in self.lower.instances_at(self.at, &flag.owner, self.found) {
             self.found.reads.insert(self.lower.chart_cell(instance, flag.chart));
         }
@@ -540,5 +575,9 @@ impl Accesses for Walk<'_, '_> {
 
     fn calls(&mut self, call: &Call) {
         self.lower.of_target(self.at, call, self.found);
+    }
+
+    fn unread(&mut self) {
+        self.found.anything = true;
     }
 }

@@ -69,7 +69,8 @@ impl Lower<'_> {
         let condition = self.condition(at, enable)?;
         let given = &self.memory.enabled;
         let is_given = given.through_reference
-            || match instance_variable(self.tree, place) {
+            || given.copied
+            || match instance_variable(place) {
                 Some(id) => given.variables.contains(&id),
                 None => !given.variables.is_empty(),
             };
@@ -78,6 +79,8 @@ impl Lower<'_> {
         }
         let begin = spot.tag.begin();
         let cell = match self.memory.enabled.cells.get(&begin) {
+            // A copy has the value that EN had of what it was copied from.
+            _ if given.copied => None,
             Some(&cell) => cell,
             None => {
                 // It begins with TRUE.
@@ -117,7 +120,7 @@ impl Lower<'_> {
             let help = "assign what EN is given to a variable of its own before";
             return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }
-        let works = match keeps || arguments.iter().any(|one| self.calls_own(one)) {
+        let works = match keeps || arguments.iter().any(|one| one.calls()) {
             true => self.any_bit("inputs may or may not be handed over where EN is false"),
             false => self.extra_time(),
         };

@@ -1,14 +1,15 @@
-//! The instances of which a call gives EN.
+//! Of which instances calls give EN.
 
 use scanbound_iec::Section;
-use scanbound_iec_tree::charts::{ActionBody, Code};
-use scanbound_iec_tree::declarations::VarId;
+use scanbound_iec_tree::accesses::{Accesses, of_code};
+use scanbound_iec_tree::blocks::StandardBlock;
+use scanbound_iec_tree::declarations::{UnitId, VarId};
 use scanbound_iec_tree::tree::{
-    Place, Root, Statement, StatementKind, Step, Target, Tree, each_statement,
+    Call, Place, Root, Statement, StatementKind, Step, StepFlag, Target, Tree,
 };
+use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::Cell;
 use std::collections::{BTreeMap, BTreeSet};
-use std::slice::from_ref;
 
 /// Instances of which a call gives EN.
 #[derive(Default)]
@@ -17,58 +18,75 @@ pub(super) struct EnabledInstances {
     pub(super) variables: BTreeSet<VarId>,
     /// Whether one is called through a reference, so that it may be any.
     pub(super) through_reference: bool,
+    /// Whether one may be copied or passed with the value that EN had.
+    pub(super) copied: bool,
     /// By where an instance lies, the bit that says that EN was false; none without room.
     pub(super) cells: BTreeMap<[Cell; 2], Option<Cell>>,
 }
 
 impl EnabledInstances {
     pub(super) fn of(tree: &Tree) -> EnabledInstances {
-        let mut found = EnabledInstances::default();
-        tree.routines.iter().for_each(|one| found.of_code(tree, &one.code));
-        found
-    }
-
-    fn of_code(&mut self, tree: &Tree, code: &Code) {
-        match code {
-            Code::Statements(all) => self.of_statements(tree, all),
-            Code::Chart(chart) => {
-                for hooks in &chart.steps {
-                    let all = [&hooks.entry, &hooks.active, &hooks.exit];
-                    all.into_iter()
-                        .flatten()
-                        .for_each(|one| self.of_statements(tree, from_ref(one)));
-                }
-                for action in &chart.actions {
-                    match &action.body {
-                        ActionBody::Inline(.., code) => self.of_code(tree, code),
-                        ActionBody::Call(one) | ActionBody::Computed(one, _) => {
-                            self.of_statements(tree, from_ref(one));
-                        }
-                        ActionBody::Variable(_) => {}
-                    }
-                }
-            }
-            Code::Unread(_) => {}
-        }
-    }
-
-    fn of_statements(&mut self, tree: &Tree, all: &[Statement]) {
-        each_statement(all, &mut |one| {
-            if let StatementKind::Call(call) = &one.kind
-                && let Target::Instance(place, _) | Target::Standard(place, _) = &call.target
-                && call.enable.condition.is_some()
-            {
-                match instance_variable(tree, place) {
-                    Some(id) => _ = self.variables.insert(id),
-                    None => self.through_reference = true,
-                }
-            }
-        });
+        let mut walk = Walk::default();
+        tree.routines.iter().for_each(|one| of_code(&one.code, &mut walk));
+        let is_passed =
+            |section| matches!(section, Section::InOut | Section::Input | Section::Output);
+        let passed = tree.variables.iter().filter(|one| is_passed(one.section)).map(|one| one.ty);
+        let copied: BTreeSet<TypeId> = passed.chain(walk.copied).collect();
+        let is_enabled = |of: &Typed| match of {
+            Typed::Standard(block) => walk.blocks.contains(block),
+            Typed::Block(unit) => tree.lineage(*unit).iter().any(|one| walk.units.contains(one)),
+            _ => false,
+        };
+        let copied = copied.into_iter().any(|ty| tree.holds(ty, &is_enabled));
+        EnabledInstances { copied, ..walk.found }
     }
 }
 
-/// The variable that an instance is. `None` if a reference leads to it, or it is passed in and out.
-pub(super) fn instance_variable(tree: &Tree, place: &Place) -> Option<VarId> {
+/// Finds the instances of which calls give EN, their types, and the types of what is copied.
+#[derive(Default)]
+struct Walk {
+    found: EnabledInstances,
+    units: BTreeSet<UnitId>,
+    blocks: BTreeSet<StandardBlock>,
+    copied: BTreeSet<TypeId>,
+}
+
+impl Accesses for Walk {
+    fn reads(&mut self, _: &Place) {}
+    fn writes(&mut self, _: &Place) {}
+    fn takes_address(&mut self, _: &Place) {}
+    fn asks(&mut self, _: &StepFlag) {}
+
+    fn calls(&mut self, call: &Call) {
+        if call.enable.condition.is_none() {
+            return;
+        }
+        let place = match &call.target {
+            Target::Instance(place, unit) => {
+                self.units.insert(*unit);
+                place
+            }
+            Target::Standard(place, block) => {
+                self.blocks.insert(*block);
+                place
+            }
+            _ => return,
+        };
+        match instance_variable(place) {
+            Some(id) => _ = self.found.variables.insert(id),
+            None => self.found.through_reference = true,
+        }
+    }
+
+    fn begins(&mut self, one: &Statement) {
+        if let StatementKind::Copy(target, _) | StatementKind::Assign(target, _) = &one.kind {
+            self.copied.insert(target.ty);
+        }
+    }
+}
+
+/// The variable that an instance is. `None` if a reference leads to it.
+pub(super) fn instance_variable(place: &Place) -> Option<VarId> {
     let mut id = match place.root {
         Root::Variable(id) => Some(id),
         _ => None,
@@ -80,5 +98,5 @@ pub(super) fn instance_variable(tree: &Tree, place: &Place) -> Option<VarId> {
             _ => {}
         }
     }
-    id.filter(|&id| tree.variable(id).section != Section::InOut)
+    id
 }

@@ -1,5 +1,5 @@
-//! XOR and MOD as compilers write them in C: `l && !r || !l && r`, and `r == 0 ? 0 : l % r`. Their operands may be evaluated
-//! twice, or not at all.
+//! What compilers to C evaluate again: the operands of XOR and MOD, `l && !r || !l && r` and `r == 0 ? 0 : l % r`, which
+//! may be left out, too; and the indices of a called instance, which stand in each line that passes something.
 
 use super::Lower;
 use super::spots::Context;
@@ -7,7 +7,10 @@ use super::values::{MAX_CALLS, literal_value};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::tree::{Expr, ExprKind};
+use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Place, Target};
+
+/// An operand of plain values in which more XOR and MOD stand is charged once only: each of them doubles its time.
+const MAX_WITHIN: usize = 3;
 
 impl Lower<'_> {
     /// Charges what of a XOR of truth values or a MOD some compilers evaluate once more. Refuses operands for which this
@@ -38,33 +41,83 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Charges an operand once more, if it calls something: compilers that write XOR of truth values with AND and OR
-    /// evaluate it twice, and so do those that test the divisor of MOD. Refuses one that leaves more than its value.
+    /// Charges an operand once more: compilers that write XOR of truth values with AND and OR evaluate it twice, and so
+    /// do those that test the divisor of MOD. A plain variable is part of what XOR and MOD take. Refuses an operand that
+    /// leaves more than its value.
     fn charge_again(&mut self, at: &Context, operand: &Expr) -> Result<(), Fault> {
-        if !self.calls_own(operand) {
+        if !takes_time(operand) {
             return Ok(());
         }
-        let mut within = 0;
-        operand.each(&mut |one| {
-            let ExprKind::Binary(operator, ..) = &one.kind else { return };
-            within += usize::from(matches!(operator, Operator::Xor | Operator::Modulo));
+        let (mut within, mut applies) = (0, operand.calls());
+        operand.each(&mut |one| match &one.kind {
+            ExprKind::Binary(Operator::Xor | Operator::Modulo, ..) => within += 1,
+            ExprKind::Standard(_) => applies = true,
+            _ => {}
         });
-        if within > MAX_CALLS || self.leaves_more(at, operand) {
+        if self.leaves_more(at, operand) || (applies && within > MAX_CALLS) {
             return Err(evaluated_again(operand.line));
         }
-        let twice = self.extra_time();
-        let skip = self.jump(twice.not(), None);
-        self.open_value(at, operand)?;
+        if within > MAX_WITHIN && !applies {
+            return Ok(());
+        }
+        self.charge_where_again(at, &[operand], 1)
+    }
+
+    /// Charges expressions so many times more where the compiler evaluates them again.
+    fn charge_where_again(
+        &mut self,
+        at: &Context,
+        all: &[&Expr],
+        times: usize,
+    ) -> Result<(), Fault> {
+        let again = self.extra_time();
+        let skip = self.jump(again.not(), None);
+        for one in std::iter::repeat_n(all, times).flatten() {
+            self.open_value(at, one)?;
+        }
         self.land(skip);
         self.landing();
         Ok(())
     }
 
+    /// Charges the indices of a called instance once more for each line that passes something: they stand in each.
+    pub(super) fn charge_indices_again(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        call: &Call,
+    ) -> Result<(), Fault> {
+        let indices: Vec<&Expr> = place.indices().filter(|one| takes_time(one)).collect();
+        let lines = call.passed.len()
+            + usize::from(call.enable.condition.is_some())
+            + usize::from(call.enable.result.is_some());
+        if indices.is_empty() || lines == 0 || matches!(call.target, Target::Method(..)) {
+            return Ok(());
+        }
+        self.charge_where_again(at, &indices, lines)
+    }
+
     /// Whether an expression calls what writes variables, or may.
     fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
         let effects = self.expression_effects(at, one);
-        self.calls_own(one) && (effects.anything || !effects.writes.is_empty())
+        one.calls() && (effects.anything || !effects.writes.is_empty())
     }
+}
+
+/// Whether an expression takes more time than a constant or a plain variable.
+fn takes_time(one: &Expr) -> bool {
+    let is_open = |place: &Place| place.indices().any(|index| index.whole().is_none());
+    let mut takes = false;
+    one.each(&mut |one| {
+        takes |= match &one.kind {
+            ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Standard(_) => true,
+            ExprKind::Binary(..) => one.whole().is_none(),
+            ExprKind::Read(place) | ExprKind::Address(place) => is_open(place),
+            ExprKind::Step(flag) => is_open(&flag.owner),
+            _ => false,
+        };
+    });
+    takes
 }
 
 /// The fault of a XOR or MOD whose operands' calls do more than give a value, or of which too many stand in each other.

@@ -401,20 +401,22 @@ impl Lower<'_> {
         body: &[Statement],
         line: u32,
     ) -> Result<(), Fault> {
-        if end.whole().is_some() {
+        if end.whole().is_some() || !end.calls() && !self.may_change(at, body, end) {
             return Ok(());
         }
         let mut read = Vec::new();
         end.each(&mut |one| match &one.kind {
             ExprKind::Read(place) => read.push((one.clone(), place.text.clone())),
-            ExprKind::Call(_) | ExprKind::After(_) => read.push((one.clone(), "a function".into())),
+            ExprKind::Step(_) => read.push((one.clone(), "the step in it".into())),
             _ => {}
         });
-        let moved = match self.calls_own(end) {
-            true => read.pop(),
-            false => read.into_iter().find(|(one, _)| self.may_change(at, body, one)),
+        let what = match end.calls() {
+            true => "a function".into(),
+            false => {
+                let moved = read.into_iter().find(|(one, _)| self.may_change(at, body, one));
+                moved.map_or("what it is made of".into(), |(_, what)| what)
+            }
         };
-        let Some((_, what)) = moved else { return Ok(()) };
         let message = format!("the loop may move its own end: it writes or calls {what}");
         let help = "put the end into a variable that nothing in the loop writes";
         Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help))

@@ -48,6 +48,15 @@ fn through(place: &Place) -> Option<usize> {
     place.steps.iter().position(|step| matches!(step, Step::Dereference))
 }
 
+/// The references that a path goes through, each by the path to it. Their types are left as they are.
+pub(super) fn references_in(place: &Place) -> Vec<Place> {
+    let steps = place.steps.iter().enumerate();
+    steps
+        .filter(|(_, step)| matches!(step, Step::Dereference))
+        .map(|(end, _)| Place { steps: place.steps[..end].to_vec(), ..place.clone() })
+        .collect()
+}
+
 impl<'t> Lower<'t> {
     /// Whether a reference of a type can mean a variable.
     fn can_mean(&self, reference: TypeId, spot: &Spot) -> bool {
@@ -345,14 +354,6 @@ impl<'t> Lower<'t> {
         Some(Place { steps: place.steps[..end].to_vec(), ty, ..place.clone() })
     }
 
-    /// The references that a path goes through, each by the path to it.
-    pub(super) fn references_in(&self, at: &Context, place: &Place) -> Vec<Place> {
-        match through(place) {
-            Some(end) => self.before(at, place, end).into_iter().collect(),
-            None => Vec::new(),
-        }
-    }
-
     /// Does something to each variable that the first reference of a path can mean; the value that it gives, if there
     /// is one.
     pub(super) fn each_target(
@@ -449,12 +450,11 @@ impl<'t> Lower<'t> {
         value: &Expr,
         line: u32,
     ) -> Result<(), Fault> {
-        if !self.calls_own(value) {
+        if !value.calls() {
             return Ok(());
         }
-        let references = self.references_in(at, place);
-        for before in references {
-            let is_one = self.candidates(before.ty).len() < 2;
+        for before in references_in(place) {
+            let is_one = self.means_one(at, &before);
             let read = Expr { ty: before.ty, kind: ExprKind::Read(before), line };
             if !is_one && self.order_matters(at, value, &read) {
                 let what = format!(

@@ -1,6 +1,7 @@
 //! The standard's functions.
 
 use super::Lower;
+use super::cells::Effects;
 use super::spots::Context;
 use super::values::{is_rounded, shown, works};
 use crate::assembler::Assembler;
@@ -31,6 +32,10 @@ impl Lower<'_> {
         of: &Applied,
         line: u32,
     ) -> Result<Value, Fault> {
+        let results = of.enable.result.iter().map(|(place, _)| place);
+        let written: Vec<_> = of.outputs.iter().chain(results).collect();
+        let given = of.inputs.iter().chain(&of.enable.condition);
+        self.outputs_stay(at, &written, given, Effects::default(), line)?;
         if !of.enable.is_given() {
             return self.seen_bits(at, of, line);
         }
@@ -111,7 +116,7 @@ impl Lower<'_> {
         let inputs: Vec<&Expr> = of.inputs.iter().collect();
         let is_choice = matches!(of.function, Function::Sel | Function::Mux);
         let values = self.operands(at, &inputs, line, &mut |own, which| {
-            if !(is_choice && own.calls_own(inputs[which])) {
+            if !(is_choice && inputs[which].calls()) {
                 return own.open_value(at, inputs[which]);
             }
             let why = "an input that calls something may be left out where another one is chosen";

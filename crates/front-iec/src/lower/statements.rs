@@ -12,7 +12,7 @@ use scanbound_iec::Section;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, VarId};
-use scanbound_iec_tree::tree::{Expr, Place, Selector, Statement, StatementKind};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind};
 use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
@@ -150,11 +150,13 @@ impl Lower<'_> {
                 })
             }
             StatementKind::Copy(target, from) if Self::is_referred(target) => {
+                self.stays(at, target, &reading(from, line), line)?;
                 self.through(at, target, one, targets, &|place| {
                     StatementKind::Copy(place, from.clone())
                 })
             }
             StatementKind::Copy(target, from) if Self::is_referred(from) => {
+                self.stays(at, from, &reading(target, line), line)?;
                 self.through(at, from, one, targets, &|place| {
                     StatementKind::Copy(target.clone(), place)
                 })
@@ -451,4 +453,9 @@ impl Lower<'_> {
             _ => None,
         })
     }
+}
+
+/// A variable's value.
+fn reading(place: &Place, line: u32) -> Expr {
+    Expr { ty: place.ty, kind: ExprKind::Read(place.clone()), line }
 }

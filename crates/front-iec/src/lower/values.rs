@@ -395,7 +395,7 @@ impl<'t> Lower<'t> {
             let mut found = self.both_ways(at, &[left, right], line, &mut |own, turned| {
                 let (first, second) = if turned { (right, left) } else { (left, right) };
                 let mut one = own.open_value(at, first)?;
-                if own.calls_own(second) {
+                if second.calls() {
                     one = own.frozen(one);
                     if let Value::Bit(first) = &one {
                         let first = first.clone();
@@ -474,7 +474,7 @@ impl<'t> Lower<'t> {
             for number in 0..exprs.len() {
                 let which = if turned { exprs.len() - 1 - number } else { number };
                 // What is there already is not changed by what is called next.
-                if own.calls_own(exprs[which]) {
+                if exprs[which].calls() {
                     for value in &mut values {
                         let earlier = std::mem::replace(value, Value::Any);
                         *value = own.frozen(earlier);
@@ -494,7 +494,7 @@ impl<'t> Lower<'t> {
         work: &mut Work<'_, 't>,
     ) -> Result<Vec<Value>, Fault> {
         // Only what is called changes what others read.
-        if !exprs.iter().any(|one| self.calls_own(one)) {
+        if !exprs.iter().any(|one| one.calls()) {
             return work(self, false);
         }
         let pairs = (1..exprs.len()).flat_map(|one| (0..one).map(move |other| (one, other)));

@@ -2,7 +2,7 @@
 
 use super::resolver::Resolver;
 use crate::declarations::Owner;
-use crate::tree::{ExprKind, ProgramInstance, Task};
+use crate::tree::{Expr, ProgramInstance, Task};
 use scanbound_base::code::Code;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
@@ -78,12 +78,7 @@ impl Resolver<'_> {
         let begins_with = |unit: &crate::declarations::Unit| !unit.begins_with.is_empty();
         self.tree.units.iter().any(begins_with)
             || self.tree.variables.iter().any(|one| {
-                let mut calls = one.type_calls;
-                if let Some(initial) = &one.initial {
-                    initial.each(&mut |one| {
-                        calls |= matches!(one.kind, ExprKind::Call(_) | ExprKind::After(_));
-                    });
-                }
+                let calls = one.type_calls || one.initial.as_ref().is_some_and(Expr::calls);
                 calls && !matches!(one.owner, Owner::Routine(_))
             })
     }

@@ -203,7 +203,15 @@ impl<'p> Resolver<'p> {
 /// Whether an initial value calls anything.
 fn calls(one: &Option<ast::Expr>) -> bool {
     fn within(one: &ast::Expr) -> bool {
-        matches!(one, ast::Expr::Call(..)) || one.operands().into_iter().any(within)
+        let indices = match one {
+            ast::Expr::Variable(path) => &path.rest[..],
+            _ => &[],
+        };
+        let calls =
+            |part: &ast::Part| matches!(part, ast::Part::Index(all) if all.iter().any(within));
+        matches!(one, ast::Expr::Call(..))
+            || indices.iter().any(calls)
+            || one.operands().into_iter().any(within)
     }
     one.as_ref().is_some_and(within)
 }

@@ -84,7 +84,6 @@ impl Walk<'_> {
 
 impl Accesses for Walk<'_> {
     fn reads(&mut self, place: &Place) {
-        place.indices().for_each(|index| of_expr(index, self));
         self.found.reads.extend(self.cells(place));
         match place.root {
             Root::Temporary(id) => _ = self.found.held.insert(Held::Temporary(id)),
@@ -105,7 +104,7 @@ impl Accesses for Walk<'_> {
 
     fn asks(&mut self, flag: &StepFlag) {
         // The steps of the own chart stay while its actions are executed.
-        if flag.owner.root != Root::This {
+        if flag.owner.root != Root::This || !flag.owner.steps.is_empty() {
             self.reads(&flag.owner);
         }
     }

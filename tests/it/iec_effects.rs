@@ -1,0 +1,248 @@
+//! What calls read and change out of sight: in the index of a called instance, in EN and ENO, in the flags of steps, and
+//! behind references.
+
+use crate::common::audited::{audited, table};
+use scanbound::base::facts::Facts;
+
+const UNITS: &str = "
+    VAR_GLOBAL n : INT; g : INT; t1, t2 : T; END_VAR
+    TYPE T : STRUCT a, b : INT; END_STRUCT END_TYPE
+    TYPE U : STRUCT t : T; z : INT; END_STRUCT END_TYPE
+    FUNCTION F : INT VAR_EXTERNAL n : INT; END_VAR n := n - 1; F := 1; END_FUNCTION
+    FUNCTION G : INT VAR_EXTERNAL n : INT; END_VAR n := n + 1; G := 7; END_FUNCTION
+    FUNCTION P : INT VAR_EXTERNAL n : INT; END_VAR P := n; END_FUNCTION
+    FUNCTION Is : BOOL VAR_EXTERNAL g : INT; END_VAR g := 5; Is := TRUE; END_FUNCTION
+    FUNCTION Gives : INT VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR o := a; END_FUNCTION
+    FUNCTION_BLOCK Both VAR_INPUT a : INT; END_VAR VAR_IN_OUT io : INT; END_VAR io := io + a; END_FUNCTION_BLOCK
+    FUNCTION_BLOCK K VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR q : INT; END_VAR
+        METHOD M : INT VAR_INPUT k : INT; END_VAR o := k; M := 3; END_METHOD
+        o := a;
+        ACTION act: q := q + 1; END_ACTION END_FUNCTION_BLOCK
+    FUNCTION_BLOCK Moves VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR_EXTERNAL n : INT; END_VAR
+        o := a; n := 1; END_FUNCTION_BLOCK
+    FUNCTION_BLOCK Inner VAR_INPUT v : INT; END_VAR END_FUNCTION_BLOCK
+    FUNCTION_BLOCK O VAR_INPUT i : Inner; p : BOOL; w : INT; END_VAR END_FUNCTION_BLOCK
+    FUNCTION_BLOCK Parts VAR_OUTPUT p : T; q : INT; b, c : BOOL; END_VAR
+        p.b := 1; q := 2; b := TRUE; c := FALSE; END_FUNCTION_BLOCK
+    FUNCTION_BLOCK Chart VAR_INPUT go : BOOL; END_VAR
+        INITIAL_STEP S0: END_STEP
+        TRANSITION FROM S0 TO S1 := go; END_TRANSITION
+        STEP S1: END_STEP
+        TRANSITION FROM S1 TO S0 := NOT go; END_TRANSITION END_FUNCTION_BLOCK";
+
+/// Arrays of several dimensions may not stand beside references.
+const REFERENCES: &str = "
+    TYPE R : STRUCT p1 : REF_TO T; p2 : REF_TO U; END_STRUCT END_TYPE
+    VAR_GLOBAL chain : R; END_VAR
+    FUNCTION Turn : INT VAR_EXTERNAL chain : R; t2 : T; END_VAR chain.p1 := REF(t2); Turn := 0; END_FUNCTION";
+
+const VARIABLES: &[&str] = &[
+    "ks : ARRAY[0..3] OF K",
+    "ms : ARRAY[0..1] OF Moves",
+    "ts : ARRAY[0..1] OF TON",
+    "grid : ARRAY[0..1, 0..1] OF K",
+    "refs : ARRAY[0..3] OF REF_TO K",
+    "c : ARRAY[0..2] OF INT",
+    "bs : ARRAY[0..3] OF BOOL",
+    "pi : REF_TO INT",
+    "pm : REF_TO Moves",
+    "chains : REF_TO R",
+    "r : REAL",
+    "i : INT",
+    "j : INT",
+    "v : INT",
+    "y : INT",
+    "x : BOOL",
+    "b : BOOL",
+    "q : BOOL",
+    "inner : Inner",
+    "o : O",
+    "both : Both",
+    "ctu : CTU",
+    "parts : Parts",
+    "u : U",
+    "s : R",
+    "ch : Chart",
+    "m AT %MW0 : WORD",
+    "l AT %MB1 : BYTE",
+];
+
+/// The bound of a program with this body in milliseconds, if only SQRT takes time: 1 ms. Or what it is refused for.
+fn bound(body: &str) -> Result<u64, String> {
+    let is_named = |declared: &&&str| {
+        let name = declared.split_whitespace().next().unwrap_or_default();
+        body.split(|c: char| !c.is_alphanumeric()).any(|word| word == name)
+    };
+    let variables: String =
+        VARIABLES.iter().filter(is_named).map(|one| format!("{one}; ")).collect();
+    let (references, chain) = match body.contains("REF(") {
+        true => (REFERENCES, "chain : R;"),
+        false => ("", ""),
+    };
+    let text = format!(
+        "{UNITS} {references} PROGRAM main VAR_EXTERNAL n : INT; g : INT; t1, t2 : T; {chain} END_VAR
+         VAR {variables} END_VAR {body} END_PROGRAM"
+    );
+    let table = table("PROGRAM,0,\nSQRT,1000,\n@end,0,\n");
+    let found = audited("iec-text", None, &[("p.st", &text)], &table, &Facts::default())?;
+    match found.audit.unbounded.is_empty() {
+        true => Ok(found.audit.bound.upper.0 / 1_000_000_000),
+        false => Err("a loop without an end".to_owned()),
+    }
+}
+
+fn refused(body: &str, why: &str) {
+    let told = bound(body).expect_err(body);
+    assert!(told.contains(why), "{body}: {told}");
+}
+
+const PROBE: &str = "r := SQRT(r);";
+
+#[test]
+fn an_index_of_a_called_instance_may_write_what_a_loop_counts() {
+    for call in ["ks[F()]();", "ks[F()].act();", "ks[F()].M();", "refs[F()]^();"] {
+        let refs = "refs[0] := REF(ks[0]); refs[1] := REF(ks[1]);";
+        let body = format!("{refs} n := 0; WHILE n < 10 DO {call} {PROBE} n := n + 1; END_WHILE;");
+        refused(&body, "how often WHILE or REPEAT goes round");
+        let body = body.replace("F()", "P() - 1");
+        assert!(bound(&body).is_ok_and(|bound| bound == 10), "{body}: {:?}", bound(&body));
+    }
+    refused(&format!("FOR n := 1 TO 5 DO y := ks[F()].M(k := 1); {PROBE} END_FOR;"), "loop");
+    let body = format!("n := 5; y := ks[F()].M(k := 1) + n; IF y = 8 THEN {PROBE} END_IF;");
+    assert_eq!(bound(&body), Ok(1));
+}
+
+#[test]
+fn a_call_that_moves_its_own_instance_is_refused() {
+    for body in [
+        "n := 0; ks[n](a := G());",
+        "n := 0; ks[n].M(k := G());",
+        "n := 0; ts[n](IN := G() = 7);",
+        "n := 0; ms[n](a := 7, o => v);",
+        "n := 0; ks[n](a := 7, o => n);",
+        "ks[F()](a := 7);",
+        "grid[n, 1](a := G());",
+        "pm := REF(ms[n]); refs[n]^(a := G());",
+        "refs[0] := REF(ks[0]); refs[1] := REF(ks[1]); refs[n]^(a := G());",
+    ] {
+        refused(body, "may change within its call");
+    }
+    for body in [
+        "FOR i := 0 TO 1 DO ts[i](IN := NOT ts[i].Q, PT := T#1s); END_FOR;",
+        "FOR i := 0 TO 3 DO ks[i](a := c[i], o => v); END_FOR;",
+        "FOR i := 0 TO 1 DO FOR j := 0 TO 1 DO grid[i, j](a := 1, o => v); y := grid[i, j].M(k := v); END_FOR; END_FOR;",
+        "n := 0; ms[n]();",
+        "ks[1](a := G(), o => n);",
+        "n := 0; y := ks[n].M(k := P());",
+    ] {
+        assert_eq!(bound(body), Ok(0), "{body}");
+    }
+}
+
+#[test]
+fn en_and_eno_of_functions_are_seen_where_orders_differ() {
+    for body in [
+        "g := 0; y := ADD(EN := Is(), IN1 := 1, IN2 := 2) + g; IF y = 3",
+        "g := 0; y := SEL(Is(), 0, 3) + g; IF y = 3",
+        "x := FALSE; y := ADD(EN := TRUE, 1, 2, ENO => x) + SEL(x, 10, 20); IF y = 13",
+        "x := FALSE; y := ADD(EN := TRUE, 1, 2, ENO => x) + SEL(x, 10, 20); IF y = 23",
+        "x := FALSE; b := FALSE; q := b AND (ADD(EN := TRUE, IN1 := 1, IN2 := 2, ENO => x) = 3); IF NOT x",
+        "x := FALSE; b := FALSE; q := b AND (ADD(EN := TRUE, IN1 := 1, IN2 := 2, ENO => x) = 3); IF x",
+        "n := 5; y := SEL(REF(c[F()]) = pi, 3, 3) + n; IF y = 8",
+    ] {
+        assert_eq!(bound(&format!("{body} THEN {PROBE} END_IF;")), Ok(1), "{body}");
+    }
+    refused(
+        "o(p := FALSE, w := ADD(EN := o.p, IN1 := 5, IN2 := 5));",
+        "is passed by a call that also reads it",
+    );
+    assert_eq!(bound("o(p := FALSE, w := ADD(EN := x, IN1 := o.w, IN2 := 5));"), Ok(0));
+}
+
+#[test]
+fn an_end_of_a_loop_may_stand_in_en_or_be_the_flag_of_a_step() {
+    for (end, body) in [
+        ("SEL(ch.S1.X, 2, 10)", "ch(go := TRUE);"),
+        ("ADD(EN := b, IN1 := 1, IN2 := 1)", "b := FALSE;"),
+        ("SEL(Is(), 1, 2)", ""),
+    ] {
+        refused(&format!("FOR i := 1 TO {end} DO {body} {PROBE} END_FOR;"), "its own end");
+    }
+    let body = format!("FOR i := 1 TO SEL(ch.S1.X, 2, 10) DO v := i; {PROBE} END_FOR;");
+    assert_eq!(bound(&body), Ok(10));
+}
+
+#[test]
+fn a_part_of_an_input_is_the_input() {
+    refused("o(i := inner, w := o.i.v);", "is passed by a call that also reads it");
+    assert_eq!(bound("o(p := TRUE, w := o.i.v);"), Ok(0));
+}
+
+#[test]
+fn outputs_to_parts_are_kept_apart_only_within_one_variable() {
+    for body in [
+        "s.p2 := REF(u); s.p1 := REF(u.t); parts(p => s.p2^.t, q => s.p1^.b);",
+        "parts(b => m.8, c => l.0);",
+    ] {
+        refused(body, "is given two values by one call");
+    }
+    for body in [
+        "parts(p => u.t, q => u.z);",
+        "parts(b => m.8, c => m.9);",
+        "parts(b => c[i].0, c => c[j].1);",
+        "parts(b => c[0].0, c => y.0);",
+    ] {
+        assert_eq!(bound(body), Ok(0), "{body}");
+    }
+}
+
+#[test]
+fn arguments_may_not_move_the_element_that_takes_an_output() {
+    for body in [
+        "y := Gives(a := G(), o => c[n]);",
+        "y := Gives(a := G(), ENO => bs[n]);",
+        "y := ADD(EN := TRUE, IN1 := G(), IN2 := 1, ENO => bs[n]);",
+        "ts[0](IN := G() = 7, PT := T#0s, Q => bs[n]);",
+        "ctu(RESET := TRUE, PV := 0, CV => i, Q => bs[i]);",
+        "both(a := G(), io := c[n]);",
+        "both(a := 1, io := c[F()]);",
+    ] {
+        refused(body, "may change while the call runs");
+    }
+    for body in [
+        "y := Gives(a := P(), o => c[n]);",
+        "y := ADD(EN := TRUE, IN1 := P(), IN2 := 1, ENO => bs[n]);",
+        "ctu(RESET := TRUE, PV := 0, CV => i, Q => bs[j]);",
+        "both(a := P(), io := c[n]);",
+    ] {
+        assert_eq!(bound(body), Ok(0), "{body}");
+    }
+}
+
+#[test]
+fn each_reference_on_a_path_is_read() {
+    let begin = "chains := REF(chain); chain.p1 := REF(t1); t1.a := 1; t2.a := 2;";
+    for y in [1, 2] {
+        let body = format!("{begin} y := Turn() + chains^.p1^.a; IF y = {y} THEN {PROBE} END_IF;");
+        assert_eq!(bound(&body), Ok(1), "{body}");
+    }
+}
+
+#[test]
+fn what_a_compiler_to_c_may_evaluate_again_takes_its_time_again() {
+    const ROOT: &str = "REAL_TO_INT(SQRT(r))";
+    for (body, most) in [
+        ("q := (SQRT(r) > 1.0) XOR x;".to_owned(), 2),
+        ("q := x XOR (SQRT(r) > 1.0);".to_owned(), 1),
+        (format!("y := v MOD {ROOT};"), 2),
+        (format!("y := {ROOT} MOD v;"), 1),
+        (format!("q := (bs[{ROOT}] XOR x) XOR b;"), 4),
+        (format!("ks[LIMIT(0, {ROOT}, 3)]();"), 1),
+        (format!("ks[LIMIT(0, {ROOT}, 3)](a := 1, o => v);"), 3),
+        (format!("y := ks[LIMIT(0, {ROOT}, 3)].M(k := 1);"), 1),
+    ] {
+        assert_eq!(bound(&body), Ok(most), "{body}");
+    }
+    let body = "q := (ADD(EN := TRUE, IN1 := 1, IN2 := 2, ENO => b) = 3) XOR x;";
+    refused(body, "evaluate it twice");
+}
