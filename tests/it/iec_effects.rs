@@ -83,8 +83,12 @@ fn bound(body: &str) -> Result<u64, String> {
         "{UNITS} {references} PROGRAM main VAR_EXTERNAL n : INT; g : INT; t1, t2 : T; {chain} END_VAR
          VAR {variables} END_VAR {body} END_PROGRAM"
     );
+    bound_of(&text)
+}
+
+fn bound_of(text: &str) -> Result<u64, String> {
     let table = table("PROGRAM,0,\nSQRT,1000,\n@end,0,\n");
-    let found = audited("iec-text", None, &[("p.st", &text)], &table, &Facts::default())?;
+    let found = audited("iec-text", None, &[("p.st", text)], &table, &Facts::default())?;
     match found.audit.unbounded.is_empty() {
         true => Ok(found.audit.bound.upper.0 / 1_000_000_000),
         false => Err("a loop without an end".to_owned()),
@@ -121,6 +125,7 @@ fn a_call_that_moves_its_own_instance_is_refused() {
         "n := 0; ms[n](a := 7, o => v);",
         "n := 0; ks[n](a := 7, o => n);",
         "ks[F()](a := 7);",
+        "y := ks[F()].M(EN := x, k := 1);",
         "grid[n, 1](a := G());",
         "pm := REF(ms[n]); refs[n]^(a := G());",
         "refs[0] := REF(ks[0]); refs[1] := REF(ks[1]); refs[n]^(a := G());",
@@ -245,4 +250,33 @@ fn what_a_compiler_to_c_may_evaluate_again_takes_its_time_again() {
     }
     let body = "q := (ADD(EN := TRUE, IN1 := 1, IN2 := 2, ENO => b) = 3) XOR x;";
     refused(body, "evaluate it twice");
+}
+
+#[test]
+fn an_element_that_is_set_may_not_be_named_by_a_call() {
+    refused("bs[F()] S= TRUE;", "which element is set may change");
+    assert_eq!(bound("bs[n + 1] S= x;"), Ok(0));
+}
+
+#[test]
+fn en_is_kept_where_instances_are_copied_or_passed() {
+    let units = "
+        FUNCTION_BLOCK B VAR_OUTPUT out : BOOL := TRUE; END_VAR out := FALSE; END_FUNCTION_BLOCK
+        FUNCTION_BLOCK Of VAR b : B; END_VAR VAR_INPUT off, on : BOOL; END_VAR
+            IF off THEN b(EN := FALSE); END_IF; IF on THEN b(); END_IF; END_FUNCTION_BLOCK
+        FUNCTION_BLOCK W VAR_IN_OUT h : Of; END_VAR h(off := TRUE, on := FALSE); END_FUNCTION_BLOCK
+        TYPE S : STRUCT b : B; END_STRUCT END_TYPE
+        FUNCTION_BLOCK V VAR_INPUT b : B; END_VAR b(); END_FUNCTION_BLOCK";
+    for body in [
+        "c(EN := FALSE); b := c; b(); x := b.out;",
+        "s.b(EN := FALSE); t := s; t.b(); x := t.b.out;",
+        "c(EN := FALSE); v(b := c); x := v.b.out;",
+        "w(h := held); held(off := FALSE, on := TRUE); x := held.b.out;",
+    ] {
+        let variables = "b, c : B; s, t : S; v : V; w : W; held : Of; x : BOOL; r : REAL;";
+        let text = format!(
+            "{units} PROGRAM main VAR {variables} END_VAR {body} IF x THEN {PROBE} END_IF; END_PROGRAM"
+        );
+        assert_eq!(bound_of(&text), Ok(1), "{body}");
+    }
 }

@@ -1,41 +1,24 @@
 //! Small IEC 61131-3 programs that were made from random ones whose bound was too low, or that were refused without a
 //! reason.
 
-use scanbound::audit::{Failure, Request, audit};
-use scanbound::base::facts::Facts;
-use scanbound::front::Input;
+use crate::common::iec::probe::{self, PROBE, audited};
 use scanbound::passes::values::Trust;
-use scanbound::timing::table::{CLASSES, Table};
-
-/// What the probe behind a condition takes, in microseconds; nothing else takes any time.
-const PROBE: u64 = 1000;
 
 /// Whether a condition may hold behind some statements. Panics where the program is refused.
 fn may(units: &str, variables: &str, body: &str, condition: &str) -> bool {
-    bound(units, variables, body, condition).unwrap_or_else(|faults| panic!("{faults:?}")) >= PROBE
+    bound(units, variables, body, condition).unwrap_or_else(|fault| panic!("{fault}")) >= PROBE
 }
 
-fn bound(units: &str, variables: &str, body: &str, condition: &str) -> Result<u64, Vec<String>> {
-    let mut rows = "instruction,on_us,off_us\n".to_owned();
-    for class in CLASSES {
-        rows += &format!("@{class},0,0\n");
-    }
-    rows += &format!("TON,{PROBE},{PROBE}\n@end,0,\n");
-    let table =
-        Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
+fn bound(units: &str, variables: &str, body: &str, condition: &str) -> Result<u64, String> {
     let text = format!(
         "{units} PROGRAM main VAR a AT %IX0.0 : BOOL; w AT %IW2 : INT; probe : TON; {variables} END_VAR
          {body} IF {condition} THEN probe(); END_IF END_PROGRAM"
     );
-    let inputs = [Input { name: "main.st".to_owned(), bytes: text.as_bytes().to_vec() }];
-    let facts = Facts::default();
-    let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
-    match audit(&request) {
-        Ok(found) if !found.unbounded.is_empty() => Err(vec!["a loop without an end".to_owned()]),
-        Ok(found) => Ok(found.bound.upper.0 / 1_000_000),
-        Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.message).collect()),
-        Err(other) => panic!("{other:?}"),
+    let rows = format!("TON,{PROBE},{PROBE}\n");
+    let found = audited(&[("main.st", &text)], &rows, Trust::None)?;
+    match found.unbounded.is_empty() {
+        true => Ok(probe::bound(&found)),
+        false => Err("a loop without an end".to_owned()),
     }
 }
 
@@ -169,7 +152,7 @@ fn a_first_turn_without_a_test_may_leave_the_type() {
     ] {
         let body = format!("k := {first}; REPEAT k := {turn}; UNTIL {until} END_REPEAT");
         let fault = bound("", &format!("k : {of};"), &body, "a").expect_err(&body);
-        assert!(fault[0].contains("without an end"), "{body}: {fault:?}");
+        assert!(fault.contains("without an end"), "{body}: {fault:?}");
     }
     // Beyond the end, but within the type: one turn.
     let body = "n := 0; k := 32766; REPEAT k := k + 1; n := n + 1; UNTIL k >= 5 END_REPEAT";
@@ -190,8 +173,8 @@ fn a_block_has_the_variables_that_its_base_has_for_all_instances() {
 #[test]
 fn a_value_of_two_enumerations_is_told_with_both() {
     let units = "TYPE c1 : (red, green); c2 : (blue, red); END_TYPE";
-    let faults = bound(units, "v : c1; u : c2;", "v := red;", "a").expect_err("not said");
-    assert!(faults[0].contains("red is a value of the enumerations c1 and c2"), "{faults:?}");
+    let fault = bound(units, "v : c1; u : c2;", "v := red;", "a").expect_err("not said");
+    assert!(fault.contains("red is a value of the enumerations c1 and c2"), "{fault}");
     always(units, "v : c1; u : c2;", "v := c1#red; u := c2#red;", "v <> u");
 }
 

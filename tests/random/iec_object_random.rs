@@ -13,6 +13,7 @@
 use crate::common::iec::generate::Dice;
 use crate::common::iec::probe::{self, PROBE, audited};
 use crate::common::iec::st::{place, print, project, reduce, run, standard, tree};
+use crate::common::tape::cases;
 
 use place::{Counting, Value};
 use run::Machine;
@@ -207,7 +208,7 @@ fn reduced(project: &Project, manner: Manner, scans: &Scans, trust: Trust) -> St
 #[test]
 fn no_scan_of_random_programs_with_objects_is_left_out_of_the_bound() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
-    let more: u64 = number("SCANBOUND_CASES").unwrap_or(1);
+    let more = cases(1_u64);
     let first: u64 = number("SCANBOUND_FIRST").unwrap_or(1);
     let shown = std::env::var("SCANBOUND_SHOW").unwrap_or_default();
     let (mut followed, mut refused, mut stopped) = (0, BTreeMap::new(), 0);
@@ -260,6 +261,7 @@ fn no_scan_of_random_programs_with_objects_is_left_out_of_the_bound() {
     );
     println!("{told}");
     assert!(low.is_empty(), "bounds are too low: {low:?}");
-    assert!(followed >= 4 * more, "most are followed: {told}");
-    assert!(asked < 40 || excluded * 40 >= asked, "values are followed: {told}");
+    assert!(followed >= 4 * more, "a third is followed: {told}");
+    let is_few = first > 1 && asked < 40;
+    assert!(is_few || excluded * 40 >= asked, "values are followed: {told}");
 }

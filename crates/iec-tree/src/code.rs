@@ -185,7 +185,7 @@ pub enum Target {
     Program(Place, UnitId),
 }
 
-/// What a call passes for a parameter.
+/// A parameter of what is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
     /// A variable of what is called.
@@ -318,7 +318,7 @@ pub enum StatementKind {
 }
 
 impl Place {
-    /// Whether an index of it is worked out.
+    /// The indices of its elements, in the order of its path.
     pub fn indices(&self) -> impl Iterator<Item = &Expr> {
         self.steps.iter().flat_map(|step| match step {
             Step::Element(indices) => &indices[..],
@@ -387,7 +387,20 @@ impl Expr {
                 both.0.each(see);
                 both.1.each(see);
             }
-            _ => {}
+            ExprKind::Bool(_)
+            | ExprKind::Whole(_)
+            | ExprKind::Typed(_)
+            | ExprKind::Named(_)
+            | ExprKind::Real(_)
+            | ExprKind::Time(_)
+            | ExprKind::Opaque
+            | ExprKind::Text(_)
+            | ExprKind::Read(_)
+            | ExprKind::Step(_)
+            | ExprKind::Address(_)
+            | ExprKind::Null
+            | ExprKind::Either(None)
+            | ExprKind::Fault(_) => {}
         }
     }
 
@@ -433,7 +446,7 @@ pub fn continues(all: &[Statement]) -> bool {
 }
 
 impl Statement {
-    /// The statements that it contains.
+    /// The lists of statements that it contains.
     fn bodies(&self) -> Vec<&[Statement]> {
         match &self.kind {
             StatementKind::If(arms, otherwise) => {

@@ -35,7 +35,7 @@ pub enum First {
 pub enum Initial {
     /// 0, with all that it has.
     Zero,
-    /// A number that is not 0: 1 for a bit that is on, milliseconds for a time, the bits of a real.
+    /// A number that is not 0: 1 for a bit that is on, half milliseconds for a time, the bits of a real.
     Number(i64),
     /// What each part begins with, of a structure or a block of the standard's.
     Parts(Vec<Initial>),

@@ -114,9 +114,12 @@ impl Lower<'_> {
             }
         });
         let (looked, then) = (self.lasting(at, looked), self.lasting(at, then));
-        let is_again = !matches!(call.target, Target::Method(..))
-            && (!call.passed.is_empty() || call.enable.is_given())
-            && place.indices().any(|index| index.calls());
+        // Some leave the whole call out where EN is false.
+        let is_again = match call.target {
+            Target::Method(..) => call.enable.condition.is_some(),
+            _ => !call.passed.is_empty() || call.enable.is_given(),
+        };
+        let is_again = is_again && place.indices().any(Expr::calls);
         if !is_again && !then.changes(&looked) && !looked.changes(&then) {
             return self.charge_indices_again(at, place, call);
         }

@@ -211,9 +211,6 @@ impl Lower<'_> {
         if !Self::is_referred(place) {
             return Ok(None);
         }
-        for one in call.values() {
-            self.stays(at, place, one, line)?;
-        }
         self.each_target(at, place, line, &mut |own, place| {
             let target = match &call.target {
                 Target::Standard(_, block) => Target::Standard(place, *block),

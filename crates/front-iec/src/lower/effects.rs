@@ -502,7 +502,7 @@ impl Lower<'_> {
         { bodies }.find(|&id| !tree.routine(id).code.is_empty())
     }
 
-    /// Whether a method is executed when instances in a type begin.
+    /// Whether controllers execute a method by themselves when instances in a type begin or end.
     pub(super) fn begins_with_method(&self, ty: scanbound_iec_tree::types::TypeId) -> bool {
         let tree = self.tree;
         let begins = |of: &Typed| match of {

@@ -114,6 +114,7 @@ impl Lower<'_> {
             ExprKind::Call(_) => self.extent_as(one.ty),
             ExprKind::Convert(inner) => self.extent(inner),
             ExprKind::After(both) => self.extent(&both.1),
+            ExprKind::Either(Some(both)) => self.extent(&both.0).and(self.extent(&both.1)),
             ExprKind::Standard(applied) => match &applied.function {
                 Function::Convert { to: Simple::Text, .. } => Extent::Characters(u64::from(TEXT)),
                 function if function.gives_one() => Extent::One,

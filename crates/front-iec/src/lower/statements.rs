@@ -342,7 +342,7 @@ impl Lower<'_> {
         condition: &Expr,
         line: u32,
     ) -> Result<(), Fault> {
-        if self.moves_element(at, target, condition) {
+        if target.indices().any(Expr::calls) || self.moves_element(at, target, condition) {
             let told = "which element is set may change while its value is worked out";
             let help = "assign the value to a variable of its own before";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
