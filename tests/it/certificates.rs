@@ -203,6 +203,30 @@ fn relays_are_shown_to_stay_apart() {
     assert_eq!(index, "M0 and M1 are never both on\nM0 and M1 are never both on\n");
 }
 
+#[test]
+fn relays_that_are_off_after_memory_was_cleared_are_asked_about() {
+    let steps = "LD X0; SET M0; LD X1; SET M1; LD M0; AND M1; Op1; END";
+    let mut sure = concluded(Trust::All, "", steps);
+    let program = &mut sure.followed.program;
+    let cells = program.instructions.iter().flat_map(|one| one.operands.iter());
+    let mut cells = cells.map(|operand| operand.device.cell);
+    let m0 = cells.find(|&cell| program.cell_name(cell) == "M0").expect("a relay");
+    let bits = vec![BitTarget::Cell(m0)];
+    program.mutually_exclusive.push(ExclusiveBits { bits, max_on: 0, writers: Vec::new() });
+    let file = |sure: &Concluded| {
+        let mut files = files_of(sure);
+        files.find(|file| file.name == ALL[0]).expect("a file").text
+    };
+    let text = file(&sure);
+    let says = "M0 is off in the first scan, because memory was cleared before it";
+    assert!(text.contains(says), "{text}");
+    assert_eq!(asks(&text), z3::SatResult::Unsat, "{text}");
+    // If it were on then, the file would say so.
+    sure.followed.program.power_up.values.insert(m0, 1);
+    let text = file(&sure);
+    assert_eq!(asks(&text), z3::SatResult::Sat, "{text}");
+}
+
 /// What is not so is not shown, by the solver here or by Z3.
 #[test]
 fn what_is_not_kept_is_not_shown() {

@@ -270,6 +270,20 @@ fn what_is_trusted_and_what_else_could_be_is_offered_with_what_it_is_worth() {
 }
 
 #[test]
+fn every_word_that_is_trusted_is_offered() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("a.il");
+    let repeated = (100..160).map(|at| format!("FOR D{at}\nLD X0\nOUT Y0\nNEXT\n"));
+    let set = (100..160).map(|at| format!("LD SM400\nMOV K3 D{at}\n"));
+    let program: String = repeated.chain(set).chain(["END\n".to_owned()]).collect();
+    std::fs::write(&file, program).expect("written");
+    let text = offered(&["--cpu", "Q26UDV", file.to_str().expect("a name")]);
+    let stated = Facts::parse("facts.toml", &uncommented(&text)).expect("a facts file");
+    let all: Vec<String> = (100..160).map(|at| format!("D{at}")).collect();
+    assert_eq!(stated.external, all);
+}
+
+#[test]
 fn facts_are_offered_where_an_audit_is_refused_for_a_routine() {
     let directory = tempfile::tempdir().expect("a directory");
     let program = directory.path().join("a.il");

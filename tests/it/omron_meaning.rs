@@ -330,6 +330,8 @@ fn numbers_are_shifted_by_places_and_held_to_limits() {
     };
     // The limits in the wrong order are an error.
     assert!(stops("LMT(680) D0 D10 D5"));
+    assert!(stops("BAND(681) D0 D10 D5"));
+    assert!(stops("ZONE(682) D0 D10 D5"));
     assert!(stops("NASL(580) D5 #0011"));
     assert!(stops("NASL(580) D5 #8004"));
 }

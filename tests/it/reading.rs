@@ -409,6 +409,16 @@ fn rows_that_are_missing_are_an_error() {
         assert_eq!(codes(&faults), [("step-order", Some(line))], "{rows}");
         assert!(faults[0].message.starts_with(message), "{}", faults[0].message);
     }
+    for device in ["M8191", "B1FFF", "X1FFF"] {
+        let rows = format!("0,,LD,{device},,,\n2,,OUT,Y0,,,\n3,,END,,,,\n");
+        let faults = read("a.csv", works2(&rows)).expect_err("a fault");
+        assert_eq!(codes(&faults), [("step-order", Some(5))], "{rows}");
+    }
+    // A contact of an extended relay may occupy two.
+    for device in ["M8192", "M9000", "B2000", "M12000"] {
+        let rows = format!("0,,LD,{device},,,\n2,,OUT,Y0,,,\n3,,END,,,,\n");
+        assert!(read("a.csv", works2(&rows)).is_ok(), "{rows}");
+    }
     // Statements, notes and most instructions occupy several steps.
     let rows = "0,filling,,,,,\n9,,LD,X0,,,\n10,,OUT,T0 K10,,,\n14,,LD,D0.1,,,\n16,,OUT,Y0,,,\n40,,END,,,,\n";
     assert!(read("a.csv", works2(rows)).is_ok());

@@ -117,15 +117,20 @@ fn given(program: &Program) -> Vec<String> {
     let words = (0..program.trusted_ranges.len())
         .map(|place| statement_of(program, &Violation::Word(place)));
     let sets = sets(program).map(|bits| statement_of(program, &Violation::All(bits)));
-    let fresh = program.mutually_exclusive.iter().filter(|one| one.max_on == 0);
-    let cleared = fresh.map(|one| {
-        let names: Vec<String> = one.bits.iter().map(|&bit| program.bit_name(bit)).collect();
-        format!(
-            "{} are off in the first scan, because memory was cleared before it",
-            names.join(", ")
-        )
-    });
+    let cleared = cleared(program).map(|bits| statement_of_cleared(program, bits));
     words.chain(sets).chain(cleared).collect()
+}
+
+/// The sets of relays that are off in a scan before which memory was cleared.
+fn cleared(program: &Program) -> impl Iterator<Item = &[BitTarget]> {
+    program.mutually_exclusive.iter().filter(|one| one.max_on == 0).map(|one| &one.bits[..])
+}
+
+fn statement_of_cleared(program: &Program, bits: &[BitTarget]) -> String {
+    let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
+    let are = if names.len() == 1 { "is" } else { "are" };
+    let names = names.join(", ");
+    format!("{names} {are} off in the first scan, because memory was cleared before it")
 }
 
 /// The ranges of words that the user states for the start of a scan, as sentences, except for words whose range was
@@ -218,9 +223,20 @@ fn power_up(program: &Program) -> String {
             statement_of(program, &Violation::All(bits))
         );
     }
+    for bits in cleared(program) {
+        let own: Vec<String> = bits.iter().map(|&bit| name(bit)).collect();
+        relays.extend(bits);
+        let says = statement_of_cleared(program, bits);
+        asked += &format!("  (or {}) ; {says}\n", own.join(" "));
+    }
     for bit in relays {
         let (own, called) = (name(bit), program.bit_name(bit));
-        text += &format!("(declare-const {own} Bool) ; {called}\n(assert (not {own}))\n");
+        let (cell, place) = match bit {
+            BitTarget::Cell(cell) => (cell, 0),
+            BitTarget::WordBit(cell, place) => (cell, place),
+        };
+        let is_on = program.power_up.initial_value(cell) >> place & 1 == 1;
+        text += &format!("(declare-const {own} Bool) ; {called}\n(assert (= {own} {is_on}))\n");
     }
     format!("{text}(assert (or false\n{asked}))\n(check-sat)\n")
 }

@@ -273,9 +273,6 @@ fn index(program: &Program, request: &Request<'_>) -> Vec<Offer> {
     offers
 }
 
-/// The largest number of devices that a line for `[external]` names; further ones are left out.
-const MAX_DEVICES: usize = 40;
-
 /// An offer that lists the devices that the bound assumes to be written only by the program. `None` if there are none.
 fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let devices = audit.assumptions.iter().flat_map(|one| &one.devices);
@@ -284,7 +281,7 @@ fn external(audit: &Audit, program: &Program) -> Option<Offer> {
     let writers = audit.assumptions.iter().flat_map(|one| one.written.iter().cloned());
     (!devices.is_empty()).then(|| Offer {
         table: "external",
-        line: listed(devices.iter().take(MAX_DEVICES)),
+        line: listed(devices.iter()),
         what: "devices that operator panels and other stations write: the bound assumes that only the program writes the listed devices; keep in the list only devices that other stations write, too".to_owned(),
         places: writers.collect(),
         worth: None,

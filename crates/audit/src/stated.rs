@@ -75,6 +75,35 @@ pub fn writers(
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
 }
 
+/// Refuses devices under [external], whose cells are given, that set the watchdog time or the constant scan, unless the
+/// time is stated.
+///
+/// # Errors
+/// Each such device.
+pub fn know_scan_times(
+    program: &Program,
+    facts: &Facts,
+    external: &[Region],
+) -> Result<(), Vec<Diagnostic>> {
+    let [watchdog, constant, relay] = program.scan_control.devices;
+    let (of_watchdog, of_constant) = (facts.watchdog.is_some(), facts.constant_scan.is_some());
+    let mut faults = Vec::new();
+    for (special, is_stated, what, help) in [
+        (watchdog, of_watchdog, "watchdog time", "watchdog = \"500ms\""),
+        (constant, of_constant, "constant scan time", "constant = \"100ms\", or \"none\""),
+        (relay, of_constant, "constant scan", "constant = \"100ms\", or \"none\""),
+    ] {
+        let Some(cell) = cell(program, special).filter(|_| !is_stated) else { continue };
+        if external.iter().any(|region| region.contains(cell)) {
+            let message = format!("others write {special}, which sets the {what}");
+            let help = format!("state the time that they set ([scan] {help}), or remove {special}");
+            let fact = ["external", "devices"];
+            faults.push(facts.fault(fact, Part::Value, Code::Fact, message, &help));
+        }
+    }
+    if faults.is_empty() { Ok(()) } else { Err(faults) }
+}
+
 /// Adds the stated sets of exclusive bits to a program's invariants, one invariant for each pair of a set: when a scan
 /// starts, the two bits are not both on.
 ///

@@ -74,7 +74,7 @@ impl ScanControlAnalysis<'_> {
             times: setting.range(),
             from: match setting {
                 Setting::Device(from) => Some(from.clone()),
-                Setting::Computed(_) | Setting::Range(..) => None,
+                Setting::Computed | Setting::Possible | Setting::Range(..) => None,
             },
             ..self.place(at)
         };
@@ -285,15 +285,18 @@ impl ScanControlAnalysis<'_> {
             for event in &scan.replay.events {
                 let at = event.instruction;
                 is_set |= event.fired && control.watchdog.contains_key(&at);
-                if event.fired
+                if (event.fired || event.is_uncertain)
                     && let Some(setting) = control.constant.get(&at)
                 {
-                    constant = setting.range().map_or(Picos::ZERO, |(least, _)| least);
+                    let set = setting.range().filter(|_| !event.is_uncertain);
+                    constant = set.map_or(Picos::ZERO, |(least, _)| least);
                 }
                 is_on = match control.switches.get(&at) {
                     Some(Switch::Condition) => event.fired,
                     Some(Switch::On) => is_on || event.fired,
-                    Some(Switch::Off) => is_on && !event.fired,
+                    Some(Switch::Off | Switch::PossiblyOff) => {
+                        is_on && !event.fired && !event.is_uncertain
+                    }
                     Some(Switch::Unknown) => false,
                     None => is_on,
                 };

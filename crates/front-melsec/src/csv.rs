@@ -214,8 +214,8 @@ struct StepRow {
     instruction: String,
 }
 
-/// No row of an export occupies more steps: in 367 programs of plants, instructions occupy up to 22 steps, and
-/// statements up to 33.
+/// The number of steps that no row of an export exceeds. It is generous: instructions occupy some 20 steps at most, and
+/// long statements some 30.
 const MOST_STEPS: u32 = 64;
 
 /// Adds an error for each row whose step number shows that rows before it are missing. Does nothing if the file already
@@ -250,6 +250,9 @@ fn check_steps(rows: &[StepRow], is_works2: bool, family: Option<Family>, faults
     }
 }
 
+/// The lowest number at which relays of the Q and L series may be extended ones: M8192, and B2000 in hexadecimal.
+const FIRST_EXTENDED: u32 = 8192;
+
 /// Whether an instruction certainly occupies one step on the Q and L series: a contact of a relay by its number, or an
 /// instruction that combines results.
 fn is_one_step(instruction: &str) -> bool {
@@ -260,13 +263,11 @@ fn is_one_step(instruction: &str) -> bool {
     };
     let is_contact = matches!(mnemonic, "LD" | "LDI" | "AND" | "ANI" | "OR" | "ORI");
     let number = device.strip_prefix(['X', 'Y', 'M', 'L', 'B']).unwrap_or_default();
-    let is_hexadecimal = device.starts_with(['X', 'Y', 'B']);
-    let is_digit = |byte: u8| byte.is_ascii_digit() || is_hexadecimal && byte.is_ascii_hexdigit();
-    // Devices with large numbers are extended ones.
-    is_contact
-        && words.next().is_none()
-        && (1..=4).contains(&number.len())
-        && number.bytes().all(is_digit)
+    let radix = if device.starts_with(['X', 'Y', 'B']) { 16 } else { 10 };
+    // Devices with larger numbers are extended ones, whose contacts occupy more steps.
+    let is_extended =
+        u32::from_str_radix(number, radix).map_or(true, |number| number >= FIRST_EXTENDED);
+    is_contact && words.next().is_none() && !is_extended
 }
 
 /// Whether the record at the start of `tail` has an unclosed quotation mark.

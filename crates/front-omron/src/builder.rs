@@ -10,7 +10,7 @@ use super::operand::moved_register;
 use super::resolve::Item;
 use super::source::Edge;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_front::builder::{Builder, always};
+use scanbound_front::builder::{Builder, always, fired};
 use scanbound_front::shown;
 use scanbound_ir::meaning::Meaning;
 use scanbound_ir::{
@@ -45,6 +45,8 @@ pub(super) struct OmronBuilder {
     edges: u32,
     /// For each counter, the hidden bits of each instruction that counts it.
     pub(super) counters: BTreeMap<Cell, Vec<Vec<Cell>>>,
+    /// The instructions that reset counters, each with the counters.
+    pub(super) counter_resets: Vec<(usize, Vec<Cell>)>,
     /// The effects that store the current instruction's inputs in hidden bits; they are added after its other effects.
     remembered: Vec<Effect>,
     /// Loops whose number of iterations is in a word: the index of the FOR, and the word if it is known.
@@ -71,6 +73,7 @@ impl OmronBuilder {
             interlocked: false,
             edges: 0,
             counters: BTreeMap::new(),
+            counter_resets: Vec::new(),
             remembered: Vec::new(),
             counted: Vec::new(),
             moved: Vec::new(),
@@ -119,6 +122,13 @@ impl OmronBuilder {
         choice
     }
 
+    /// A new bit with any value, for a point that the manuals leave open: it says which of two readings is right.
+    pub(super) fn reading(&mut self) -> Logic {
+        let choice = self.choice();
+        self.out.program.timekeeping.readings.insert(choice);
+        Logic::Bit(BitSource::Free(choice))
+    }
+
     /// The expression that says whether an input of the instruction changed since its last execution.
     pub(super) fn changed(&mut self) -> Logic {
         Logic::Bit(BitSource::Free(self.earlier_choice()))
@@ -132,6 +142,20 @@ impl OmronBuilder {
             self.edges += 1;
             self.memory.edge(self.edges - 1)
         })
+    }
+
+    /// Adds what the instructions that reset counters change in what these remember of their inputs: no manual says
+    /// whether a counter counts again whose input stays on.
+    pub(super) fn reset_counters(&mut self) {
+        for (at, flags) in std::mem::take(&mut self.counter_resets) {
+            let counters = flags.iter().filter_map(|flag| self.counters.get(flag));
+            let memories: Vec<Cell> = counters.flatten().flatten().copied().collect();
+            for memory in memories {
+                let seen = Logic::All(vec![Logic::cell(memory), self.reading()]);
+                let effect = fired(Write::Bit(BitTarget::Cell(memory), seen));
+                self.out.program.instructions[at].effects.push(effect);
+            }
+        }
     }
 
     /// Lets what counters remember of their inputs have any value if several instructions count the same counter: no

@@ -76,6 +76,7 @@ pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Ve
     super::loops::apply_stated_ranges(&mut decoder.builder);
     decoder.arrange(project, options);
     let Decoder { mut builder, mut faults, used: [read, written], .. } = decoder;
+    builder.reset_counters();
     builder.widen_shared_counters();
     // A written word is an output. Other words are inputs, and so are words with a single bit that is read but not
     // written.

@@ -71,7 +71,11 @@ impl Setting {
     /// Whether the timer has timed out, or the counter has reached its set value. Earlier scans decide this, so it is a
     /// new choice, of which nothing is known if the set value is 0 or invalid.
     fn has_elapsed(&self, builder: &mut OmronBuilder) -> Logic {
-        let over = builder.earlier_choice();
+        let over = match self.source {
+            // A counter of 1 reaches it with the first count, unless its present value was written.
+            Some(WordSource::Const(1)) => builder.choice(),
+            _ => builder.earlier_choice(),
+        };
         self.has_elapsed_by(builder, over)
     }
 
@@ -144,6 +148,10 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     let choice = builder.choice();
     let mut effects: Vec<Effect> = Vec::new();
     let mut set = None;
+    let reset = match item.meaning() {
+        "reset-timers" => reset_range(&item.operands),
+        _ => None,
+    };
     match (item.meaning(), item.operands.first()) {
         ("timer", Some(Operand::Flag(flag))) => {
             let setting = setting(builder, item);
@@ -163,16 +171,15 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
             effects.push(always(havoc_present(*flag, choice)));
         }
         ("reset-timers", _) => {
-            let reset = reset_range(&item.operands);
-            match reset {
+            match &reset {
                 Some(flags) => {
-                    for flag in flags {
+                    for &flag in flags {
                         let bit = |cell, value| fired(Write::Bit(BitTarget::Cell(cell), value));
                         effects.push(bit(flag, Logic::Const(false)));
                         effects.push(fired(havoc_present(flag, choice)));
                         // Whether a timer restarts while its condition stays on is unknown, and so is where an
                         // accumulative timer continues.
-                        let value = builder.free_bit();
+                        let value = builder.reading();
                         effects.push(bit(builder.memory.runs(flag), value));
                     }
                 }
@@ -188,6 +195,7 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     effects.extend(flags.into_iter().map(always));
     let fires = builder.fires(item.raw.edge);
     let at = builder.act(fires, effects, Some(key));
+    builder.counter_resets.extend(reset.map(|flags| (at, flags)));
     if let ("timer", Some(Operand::Flag(flag))) = (item.meaning(), item.operands.first()) {
         note_timer(builder, item, at, *flag, 0);
     }
@@ -366,7 +374,7 @@ impl Inputs {
             let seen = always(Write::Bit(memory, Logic::Condition));
             builder.act(Logic::Condition, vec![seen], None);
             builder.product(&[(branch, true), (reset, true)]);
-            let perhaps_seen = fired(Write::Bit(memory, builder.free_bit()));
+            let perhaps_seen = fired(Write::Bit(memory, builder.reading()));
             builder.act(Logic::Condition, vec![perhaps_seen], None);
         }
     }

@@ -278,7 +278,7 @@ pub enum Operation {
     /// if the first is larger than the second, or if the result does not fit.
     Band,
     /// Zone control: adds the first input to the third if the third is negative, and the second input if it is
-    /// positive, signed. Unknown if the sum does not fit.
+    /// positive, signed. Unknown if the first input is larger than the second, or if the sum does not fit.
     Zone,
     /// The first input as a signed number in this many words. Unknown if the number does not fit.
     Resize(u8),

@@ -35,8 +35,10 @@ pub enum Setting {
     Range(Picos, Picos),
     /// The unknown value of this device.
     Device(String),
-    /// The unknown result of this instruction.
-    Computed(String),
+    /// An unknown result of the instruction.
+    Computed,
+    /// Any time, but the instruction may also leave it as it is: which devices it writes is unknown.
+    Possible,
 }
 
 impl Setting {
@@ -45,7 +47,7 @@ impl Setting {
     pub fn range(&self) -> Option<(Picos, Picos)> {
         match self {
             Setting::Range(least, most) => Some((*least, *most)),
-            Setting::Device(_) | Setting::Computed(_) => None,
+            Setting::Device(_) | Setting::Computed | Setting::Possible => None,
         }
     }
 }
@@ -59,6 +61,8 @@ pub enum Switch {
     On,
     /// The relay is reset when the instruction fires.
     Off,
+    /// The relay may be reset when the instruction fires: which devices it resets is unknown.
+    PossiblyOff,
     /// The relay may get any value.
     Unknown,
 }
@@ -84,13 +88,16 @@ impl ScanControl {
     }
 
     /// Whether the program may cause a constant scan: an instruction may switch it on, or, if no instruction switches
-    /// it, the program sets the constant scan time to a known value.
+    /// it, the program certainly sets the constant scan time.
     #[must_use]
     pub fn may_be_constant(&self) -> bool {
-        match self.switches.is_empty() {
+        match self.switches.values().all(|switch| *switch == Switch::PossiblyOff) {
             // The relay is not switched by the program: something else enables the constant scan that the program sets.
-            true => self.constant.values().any(|setting| setting.range().is_some()),
-            false => self.switches.values().any(|switch| *switch != Switch::Off),
+            true => self.constant.values().any(|setting| *setting != Setting::Possible),
+            false => {
+                let switches_on = |one| !matches!(one, &Switch::Off | &Switch::PossiblyOff);
+                self.switches.values().any(switches_on)
+            }
         }
     }
 }

@@ -23,6 +23,9 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
         }
         Operation::Zone => {
             let (below, above, value) = (signed(0)?, signed(1)?, signed(2)?);
+            if below > above {
+                return None;
+            }
             let bias = match value {
                 ..0 => below,
                 0 => 0,
@@ -216,6 +219,8 @@ mod tests {
             Some(vec![minus(-7)])
         );
         assert_eq!(one(Operation::Zone, &[&[0], &[1], &[0x7FFF]]), None);
+        assert_eq!(one(Operation::Zone, &[&[5], &[minus(-5)], &[1]]), None);
+        assert_eq!(one(Operation::Zone, &[&[5], &[5], &[1]]), Some(vec![6]));
         assert_eq!(one(Operation::Resize(1), &[&[0, 1]]), None);
         assert_eq!(one(Operation::Resize(2), &[&[0x8000]]), Some(vec![0x8000, 0xFFFF]));
     }

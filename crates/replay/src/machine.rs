@@ -308,7 +308,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             None => fired.value,
             Some(_) => self.program.scan_control.may_have_fired(at, fired.value),
         };
-        self.charge(at, has_fired, cost);
+        self.charge(at, (has_fired, fired.doubt.is_some()), cost);
         self.change(instruction, condition, fired);
         let decides =
             matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });
@@ -478,13 +478,13 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         routine.masters.last().map_or(top, |&(_, _, all)| top.and(all))
     }
 
-    fn charge(&mut self, instruction: usize, fired: bool, cost: Picos) {
+    fn charge(&mut self, instruction: usize, (fired, is_uncertain): (bool, bool), cost: Picos) {
         self.total += cost;
         if self.sums {
             return;
         }
         let frames = self.state.frames().clone();
-        self.events.push(Event { instruction, frames, fired, cost });
+        self.events.push(Event { instruction, frames, fired, is_uncertain, cost });
     }
 
     fn change(&mut self, instruction: &Instruction, condition: Truth, fired: Truth) {
@@ -729,7 +729,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             let times = self.times[instruction];
             let most = self.program.instructions[instruction].counted();
             let on = times.with(most.map_or(0, Counted::most_units));
-            self.charge(instruction, on >= times.off, on.max(times.off).times(repetitions));
+            let is_on = on >= times.off;
+            self.charge(instruction, (is_on, false), on.max(times.off).times(repetitions));
         }
         for &region in havocs {
             self.state.havoc(region, choice, Truth::TRUE);

@@ -15,6 +15,9 @@ pub struct Event {
     /// Whether the instruction fired; true for an instruction that fires whenever it is reached. For a loop that is not
     /// followed: whether its on-time is the larger of the two.
     pub fired: bool,
+    /// Whether it is unknown if the instruction fired. `fired` is then what
+    /// [`ScanControl::may_have_fired`](scanbound_ir::ScanControl::may_have_fired) says.
+    pub is_uncertain: bool,
     /// The time of the execution. For a loop that is not followed: the time of all repetitions.
     pub cost: Picos,
 }

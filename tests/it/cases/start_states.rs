@@ -161,6 +161,32 @@ fn no_lower_bound_rests_on_one_reading_of_a_reset() {
 }
 
 #[test]
+fn no_lower_bound_of_omron_rests_on_one_reading_of_a_reset() {
+    // A counter counts again after a reset whose input stays on, or it does not.
+    let by_input = "LD P_On\nLD P_First_Cycle\nCNT 0000 #0001\n";
+    let by_cnr = "LD P_On\nCNR(545) C0000 C0000\nLD P_On\nLD P_Off\nCNT 0000 #0001\n";
+    let timer = "LD P_On\nCNR(545) T0000 T0000\nLD P_On\nTIMH(015) 0000 #0002\n";
+    for (name, begin, flag) in
+        [("cnt", by_input, "C0000"), ("cnr", by_cnr, "C0000"), ("timer", timer, "T0000")]
+    {
+        for contact in ["LD", "LDNOT"] {
+            let list =
+                format!("{begin}{contact} {flag}\nANDNOT P_First_Cycle\nSwA D100\nEND(001)\n");
+            let report = report(&format!("{name}-{contact}.il"), "CJ2M", &list, ["60", "all"]);
+            assert!(lower_ns(&report) < 60_050_000, "{name} {contact}: {report}");
+            assert!(upper_ns(&report) >= 60_050_000, "{name} {contact}: {report}");
+        }
+    }
+}
+
+#[test]
+fn no_lower_bound_rests_on_limits_in_the_wrong_order() {
+    let list = "LD P_On\nMOV(021) #0005 D10\nMOV(021) #FFFB D11\nZONE(682) D0 D10 D1\nLD P_On\n\
+                AND=S(302) D1 #FFFE\nAND=S(302) D0 #0003\nSwA D100\nEND(001)\n";
+    assert!(!fires("zone.il", "CJ2M", list, "9").0);
+}
+
+#[test]
 fn no_lower_bound_rests_on_a_state_that_was_not_followed_to_its_beginning() {
     // M5000 and on take X0 from relay to relay, M6000 and on X1, M7000 and on whether not both are on: the last of the
     // three rows are never on together.

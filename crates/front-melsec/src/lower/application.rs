@@ -471,8 +471,8 @@ impl Lowering<'_> {
         self.regions(text, count).unwrap_or_default()
     }
 
-    /// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or if
-    /// devices of this form are not modelled.
+    /// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or
+    /// if devices of this form are not modelled.
     fn cleared(&mut self, place: Place, count: i64) -> Option<Vec<Effect>> {
         let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
         let bit = |area, n| {

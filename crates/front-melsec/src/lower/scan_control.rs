@@ -3,7 +3,7 @@
 
 use super::ranges::{self, has_special};
 use super::state::Lowering;
-use super::written::{LONGEST_BLOCK, block_length, unpulsed, written};
+use super::written::{LONGEST_BLOCK, block_length, known_length, unpulsed, written};
 use crate::catalog::EVERYWHERE;
 use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place};
@@ -74,7 +74,7 @@ impl Lowering<'_> {
             return;
         }
         if writes_everywhere(item) {
-            self.set_all(at, &item.raw.text);
+            self.set_all(at);
             return;
         }
         let written = written(item);
@@ -90,8 +90,11 @@ impl Lowering<'_> {
             _ => (of(["SD", "SD"]), of(["SM", "SM"])),
         };
         for register in [WATCHDOG, CONSTANT] {
-            if registers.iter().any(|device| self.may_reach(item, device, register)) {
-                let setting = self.setting(item, register);
+            if let Some(is_certain) = self.reaches(item, &registers, register) {
+                let setting = match is_certain {
+                    true => self.setting(item, register),
+                    false => Setting::Possible,
+                };
                 let control = &mut self.out.program.scan_control;
                 match register {
                     WATCHDOG => control.watchdog.insert(at, setting),
@@ -99,47 +102,47 @@ impl Lowering<'_> {
                 };
             }
         }
-        if relays.iter().any(|device| self.may_reach(item, device, CONSTANT)) {
+        if let Some(is_certain) = self.reaches(item, &relays, CONSTANT) {
             let is_alone = matches!(relays[..], [Device { place: Place::At(..), .. }]);
             let switch = match &*item.name {
                 "OUT" if is_alone => Switch::Condition,
                 "SET" if is_alone => Switch::On,
-                "RST" | "ZRST" | "ZRSTP" => Switch::Off,
+                "RST" | "ZRST" | "ZRSTP" if is_certain => Switch::Off,
+                "RST" | "ZRST" | "ZRSTP" => Switch::PossiblyOff,
                 _ => Switch::Unknown,
             };
             self.out.program.scan_control.switches.insert(at, switch);
         }
     }
 
-    /// Records that the instruction `at`, a call of the missing routine `name`, may set the special devices for watchdog
-    /// and constant scan that the facts let the routine write.
+    /// Records that the instruction `at`, a call of the missing routine `name`, may set the special devices for
+    /// watchdog and constant scan that the facts let the routine write.
     pub(super) fn note_missing_routine(&mut self, at: usize, name: &str) {
         let writes = self.options.facts.calls.get(name).and_then(|stated| stated.writes.as_ref());
-        let text = self.out.program.instructions[at].text.to_string();
-        let Some(writes) = writes else { return self.set_all(at, &text) };
+        let Some(writes) = writes else { return self.set_all(at) };
         let [watchdog, constant, relay] = self.out.program.scan_control.devices;
         let is_written =
             |special| writes.iter().any(|text| has_special(text, special, self.family));
         let control = &mut self.out.program.scan_control;
         if is_written(watchdog) {
-            control.watchdog.insert(at, Setting::Computed(text.clone()));
+            control.watchdog.insert(at, Setting::Computed);
         }
         if is_written(constant) {
-            control.constant.insert(at, Setting::Computed(text));
+            control.constant.insert(at, Setting::Computed);
         }
         if is_written(relay) {
             control.switches.insert(at, Switch::Unknown);
         }
     }
 
-    /// Records that the instruction `at`, with this text, may write any special device for watchdog and constant scan.
-    fn set_all(&mut self, at: usize, text: &str) {
+    /// Records that the instruction `at` may write any special device for watchdog and constant scan.
+    fn set_all(&mut self, at: usize) {
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return;
         }
         let control = &mut self.out.program.scan_control;
-        control.watchdog.insert(at, Setting::Computed(text.to_owned()));
-        control.constant.insert(at, Setting::Computed(text.to_owned()));
+        control.watchdog.insert(at, Setting::Possible);
+        control.constant.insert(at, Setting::Possible);
         control.switches.insert(at, Switch::Unknown);
     }
 
@@ -181,6 +184,15 @@ impl Lowering<'_> {
                 })
         };
         by_routine || facts.external.iter().any(is_index) || self.resolved.items.iter().any(by_item)
+    }
+
+    /// Whether an instruction that writes these devices certainly writes the special device of number `special`. `None`
+    /// if it certainly does not. The caller has checked that the devices have the right type.
+    fn reaches(&self, item: &Item<'_>, devices: &[Device], special: u32) -> Option<bool> {
+        let reached = devices.iter().filter(|device| self.may_reach(item, device, special));
+        reached
+            .map(|device| certainly_reaches(item, device, special))
+            .reduce(|one, other| one || other)
     }
 
     /// Whether an instruction that writes a block from this device on may write the special device of number `special`.
@@ -249,34 +261,30 @@ impl Lowering<'_> {
         }
     }
 
-    /// What is known about the time to which an instruction that writes the register sets it.
+    /// What is known about the time to which an instruction that certainly writes the register sets it.
     fn setting(&self, item: &Item<'_>, register: u32) -> Setting {
-        let is_move = matches!(unpulsed(&item.name), "MOV" | "DMOV" | "FMOV");
-        let is_plain = matches!(item.operands.get(1), Some(Ok(Operand::Device(Device { place: Place::At(_, at), .. }))) if *at == register);
-        let unknown = || {
-            let is_plain_device = |operand: &&Result<Operand, String>| {
-                matches!(operand, Ok(Operand::Device(Device { place: Place::At(..), .. })))
-            };
-            match item.operands.first().filter(is_plain_device) {
-                Some(_) if is_move && is_plain => Setting::Device(item.raw.operands[0].clone()),
-                _ => Setting::Computed(item.raw.text.to_string()),
-            }
+        let is_plain = |operand: usize, number: u32| {
+            let is_here =
+                |device: &Device| matches!(device.place, Place::At(_, at) if at == number);
+            matches!(item.operands.get(operand), Some(Ok(Operand::Device(device))) if is_here(device))
         };
-        if item.name.starts_with("RST") || item.name.starts_with("ZRST") {
-            return Setting::Range(Picos::ZERO, Picos::ZERO);
-        }
-        if !is_move || !(is_plain || item.name.starts_with("FMOV")) {
-            return unknown();
-        }
-        match item.operands.first() {
-            Some(Ok(Operand::Constant(value))) => {
+        match (unpulsed(&item.name), item.operands.first()) {
+            ("RST", _) if is_plain(0, register) => Setting::Range(Picos::ZERO, Picos::ZERO),
+            ("ZRST", _) => Setting::Range(Picos::ZERO, Picos::ZERO),
+            ("MOV" | "DMOV", _) if !is_plain(1, register) => Setting::Computed,
+            ("MOV" | "DMOV" | "FMOV", Some(Ok(Operand::Constant(value)))) => {
                 let time = Picos(MS).times(u64::from(*value as u16));
                 Setting::Range(time, time)
             }
-            Some(Ok(Operand::Device(device))) => {
-                self.stated_times(device, &item.raw.operands[0]).unwrap_or_else(unknown)
+            ("MOV" | "DMOV" | "FMOV", Some(Ok(Operand::Device(device)))) => {
+                let (name, is_word) =
+                    (&item.raw.operands[0], matches!(device.place, Place::At(..)));
+                let stated = self.stated_times(device, name);
+                let unknown =
+                    || if is_word { Setting::Device(name.clone()) } else { Setting::Computed };
+                stated.unwrap_or_else(unknown)
             }
-            _ => unknown(),
+            _ => Setting::Computed,
         }
     }
 
@@ -308,4 +316,20 @@ impl Lowering<'_> {
         let all = self.resolved.items.iter().all(keeps);
         if all { Some(Setting::Range(time(low)?, time(high)?)) } else { None }
     }
+}
+
+/// Whether an instruction that writes a block from this device on certainly writes the special device of number
+/// `special`. The caller has checked that it may.
+fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32) -> bool {
+    let first = match device.place {
+        Place::At(_, first) | Place::BitOf(_, first, _) => first,
+        _ => return false,
+    };
+    let is_plain = |operand: &Result<Operand, String>| {
+        matches!(operand, Ok(Operand::Device(Device { place: Place::At(..), .. })))
+    };
+    if item.name.starts_with("ZRST") {
+        return item.operands.iter().all(is_plain);
+    }
+    first == special || known_length(item).is_some()
 }

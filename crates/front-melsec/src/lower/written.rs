@@ -2,13 +2,13 @@
 
 use crate::catalog::{Amount, Extent, Role};
 use crate::operand::{Device, Operand, Place};
-use crate::resolve::{Category, Item};
+use crate::resolve::{Category, Control, Item};
 use std::collections::BTreeMap;
 
 /// The largest number of words in a block of an FX instruction.
 pub(super) const LONGEST_BLOCK: u32 = 512;
 
-/// The device operands that the instruction may write. Control instructions count as writing none.
+/// The device operands that the instruction may write.
 pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
     let is_target = |operand: usize| match &item.category {
         Category::Coil => operand == 0,
@@ -16,7 +16,17 @@ pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
         Category::Listed(found) => {
             found.entry.operands.get(operand).is_none_or(|one| is_written(one.role))
         }
-        _ => false,
+        // It writes the number of iterations that are left.
+        Category::Control(Control::Break) => operand == 0,
+        // It copies results back into the arguments behind the label.
+        Category::Control(Control::Call) => operand > 0,
+        Category::Control(_)
+        | Category::Contact { .. }
+        | Category::Comparison { .. }
+        | Category::ProgramCheck(_)
+        | Category::Block
+        | Category::Branch
+        | Category::Result => false,
     };
     let operands = item.operands.iter().enumerate();
     let device = |(at, operand): (usize, &Result<Operand, String>)| match operand {
@@ -28,10 +38,15 @@ pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
 
 /// The largest number of devices that an instruction may write from its operand on, at most [`LONGEST_BLOCK`].
 pub(super) fn block_length(item: &Item<'_>) -> u32 {
+    known_length(item).map_or(LONGEST_BLOCK, |length| length.clamp(1, LONGEST_BLOCK))
+}
+
+/// The largest number of devices that an instruction writes from its operand on. `None` if the number is unknown.
+pub(super) fn known_length(item: &Item<'_>) -> Option<u32> {
     let found = match &item.category {
         Category::Listed(found) => found,
-        Category::User | Category::Unknown { .. } => return LONGEST_BLOCK,
-        _ => return 1,
+        Category::User | Category::Unknown { .. } => return None,
+        _ => return Some(1),
     };
     let constant = |operand: usize| match item.operands.get(operand) {
         Some(Ok(Operand::Constant(value))) => u32::try_from(*value).ok(),
@@ -45,8 +60,8 @@ pub(super) fn block_length(item: &Item<'_>) -> u32 {
     };
     let written = found.entry.operands.iter().filter(|one| is_written(one.role));
     // A count in a word may have any value.
-    let lengths = written.map(|one| length(one.extent).unwrap_or(LONGEST_BLOCK));
-    lengths.max().unwrap_or(1).clamp(1, LONGEST_BLOCK)
+    let lengths: Option<Vec<u32>> = written.map(|one| length(one.extent)).collect();
+    Some(lengths?.into_iter().max().unwrap_or(1))
 }
 
 /// Whether an instruction writes an operand with this role.
