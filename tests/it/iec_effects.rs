@@ -125,6 +125,7 @@ fn a_call_that_moves_its_own_instance_is_refused() {
         "n := 0; ms[n](a := 7, o => v);",
         "n := 0; ks[n](a := 7, o => n);",
         "ks[F()](a := 7);",
+        "ks[ks[0].a](a := 1);",
         "y := ks[F()].M(EN := x, k := 1);",
         "grid[n, 1](a := G());",
         "pm := REF(ms[n]); refs[n]^(a := G());",
@@ -157,10 +158,11 @@ fn en_and_eno_of_functions_are_seen_where_orders_differ() {
     ] {
         assert_eq!(bound(&format!("{body} THEN {PROBE} END_IF;")), Ok(1), "{body}");
     }
-    refused(
-        "o(p := FALSE, w := ADD(EN := o.p, IN1 := 5, IN2 := 5));",
-        "is passed by a call that also reads it",
-    );
+    for body in
+        ["o(p := FALSE, w := ADD(EN := o.p, IN1 := 5, IN2 := 5));", "o(EN := o.p, p := TRUE);"]
+    {
+        refused(body, "is passed by a call that also reads it");
+    }
     assert_eq!(bound("o(p := FALSE, w := ADD(EN := x, IN1 := o.w, IN2 := 5));"), Ok(0));
 }
 
@@ -188,6 +190,7 @@ fn outputs_to_parts_are_kept_apart_only_within_one_variable() {
     for body in [
         "s.p2 := REF(u); s.p1 := REF(u.t); parts(p => s.p2^.t, q => s.p1^.b);",
         "parts(b => m.8, c => l.0);",
+        "y := ADD(EN := TRUE, IN1 := 1, IN2 := 2, OUT2 => x, ENO => x);",
     ] {
         refused(body, "is given two values by one call");
     }
@@ -210,6 +213,7 @@ fn arguments_may_not_move_the_element_that_takes_an_output() {
         "ts[0](IN := G() = 7, PT := T#0s, Q => bs[n]);",
         "ctu(RESET := TRUE, PV := 0, CV => i, Q => bs[i]);",
         "both(a := G(), io := c[n]);",
+        "ks[0](a := 1, o => c[ks[0].a]);",
         "both(a := 1, io := c[F()]);",
     ] {
         refused(body, "may change while the call runs");

@@ -109,6 +109,9 @@ impl Lower<'_> {
         let takes = |passed: &Passed| matches!(passed, Passed::InOut(_) | Passed::Output(..));
         let then = self.found(|own, found| {
             call.given().for_each(|one| own.of_expr(at, one, found));
+            if !matches!(call.target, Target::Method(..)) {
+                own.passed_to(at, place, &call.passed, found);
+            }
             if call.enable.result.is_some() || call.passed.iter().any(|(_, passed)| takes(passed)) {
                 own.of_call(at, call, found);
             }
@@ -129,26 +132,20 @@ impl Lower<'_> {
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are written, or
-    /// that in which they are declared.
-    pub(super) fn passes_in_any_order(
+    /// Refuses a call of which an output writes what another one writes, or what is handed over in and out.
+    pub(super) fn writes_each_once(
         &mut self,
         at: &Context,
-        callee: &Callee,
-        call: &Call,
+        handed: &[&Place],
+        outputs: &[&Place],
         line: u32,
     ) -> Result<(), Fault> {
         let mut taken: Vec<Effects> = Vec::new();
-        let mut places: Vec<&Place> = Vec::new();
-        let results = call.enable.result.iter().map(|(place, _)| place);
-        let outputs = self.outputs(call).into_iter().chain(results);
-        for (place, is_output) in
-            handed_over(call).map(|place| (place, false)).chain(outputs.map(|place| (place, true)))
-        {
-            let mut own = Effects::default();
-            self.written(at, place, &mut own);
+        let places: Vec<&Place> = handed.iter().chain(outputs).copied().collect();
+        for (number, place) in places.iter().enumerate() {
+            let own = self.found(|own, found| own.written(at, place, found));
             let meets = |(one, other): (&Effects, &&Place)| {
-                is_output && !are_other_parts(place, other) && own.changes(one)
+                number >= handed.len() && !are_other_parts(place, other) && own.changes(one)
             };
             if taken.iter().zip(&places).any(meets) {
                 let told = format!(
@@ -160,8 +157,23 @@ impl Lower<'_> {
                 return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
             }
             taken.push(own);
-            places.push(place);
         }
+        Ok(())
+    }
+
+    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are written, or
+    /// that in which they are declared.
+    pub(super) fn passes_in_any_order(
+        &mut self,
+        at: &Context,
+        callee: &Callee,
+        call: &Call,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let results = call.enable.result.iter().map(|(place, _)| place);
+        let outputs: Vec<&Place> = self.outputs(call).into_iter().chain(results).collect();
+        let handed: Vec<&Place> = handed_over(call).collect();
+        self.writes_each_once(at, &handed, &outputs, line)?;
         let keeps = match callee {
             Callee::Unit(_, unit) => self.tree.unit(*unit).kind != PouKind::Function,
             Callee::Standard(..) => true,
@@ -170,14 +182,20 @@ impl Lower<'_> {
         if !keeps {
             return Ok(());
         }
+        let mut all = Effects::default();
         for (parameter, passed) in &call.passed {
             let Some(spot) = self.parameter(callee, *parameter) else { continue };
             let (Passed::ByValue(_) | Passed::InOut(_)) = passed else { continue };
             let mut own = Effects::default();
             add(&mut own.writes, spot.tag.regions());
-            for (other, passed) in &call.passed {
-                let (Passed::ByValue(one) | Passed::InOut(one)) = passed else { continue };
-                if other != parameter && self.may_read(at, one, (*parameter, &own)) {
+            all.join(&own);
+            let others = call.passed.iter().filter(|(other, _)| other != parameter);
+            let others = others.filter_map(|(_, passed)| match passed {
+                Passed::ByValue(one) | Passed::InOut(one) => Some(one),
+                Passed::Output(..) | Passed::Dropped => None,
+            });
+            for one in others.chain(&call.enable.condition) {
+                if self.may_read(at, one, (*parameter, &own)) {
                     let told = format!(
                         "{} is passed by a call that also reads it: controllers differ in which value is read",
                         spot.name
@@ -187,7 +205,7 @@ impl Lower<'_> {
                 }
             }
         }
-        Ok(())
+        self.outputs_stay(at, &written_by(call), std::iter::empty(), all, line)
     }
 
     /// Whether an expression may read a parameter that lies in what `own` writes. Where it reads an instance whose index

@@ -253,7 +253,7 @@ impl Lower<'_> {
     }
 
     /// The inputs of an instance are written by its call.
-    fn passed_to(
+    pub(super) fn passed_to(
         &mut self,
         at: &Context,
         place: &Place,
@@ -261,9 +261,11 @@ impl Lower<'_> {
         found: &mut Effects,
     ) {
         for (parameter, _) in passed {
-            let Parameter::Variable(id) = parameter else { continue };
             let mut own = place.clone();
-            own.steps.push(Step::Member(*id));
+            own.steps.push(match parameter {
+                Parameter::Variable(id) => Step::Member(*id),
+                Parameter::Pin(pin) => Step::Pin(*pin),
+            });
             self.reads_of(at, &own, found);
             self.writes_of(at, &own, found);
         }

@@ -36,6 +36,7 @@ impl Lower<'_> {
         let written: Vec<_> = of.outputs.iter().chain(results).collect();
         let given = of.inputs.iter().chain(&of.enable.condition);
         self.outputs_stay(at, &written, given, Effects::default(), line)?;
+        self.writes_each_once(at, &[], &written, line)?;
         if !of.enable.is_given() {
             return self.seen_bits(at, of, line);
         }
