@@ -284,3 +284,28 @@ fn en_is_kept_where_instances_are_copied_or_passed() {
         assert_eq!(bound_of(&text), Ok(1), "{body}");
     }
 }
+
+#[test]
+fn a_type_may_not_say_what_references_mean() {
+    let read = |types: &str, of: &str, path: &str| {
+        let text = format!(
+            "VAR_GLOBAL g1, g2 : INT; END_VAR {types}
+             PROGRAM main VAR_EXTERNAL g1, g2 : INT; END_VAR VAR s : {of}; q : REF_TO INT; r : REAL; END_VAR
+             q := REF(g2); {path}^ := 5; IF g1 = 5 THEN {PROBE} END_IF; END_PROGRAM"
+        );
+        bound_of(&text)
+    };
+    let part =
+        |initial: &str| format!("TYPE S : STRUCT p : REF_TO INT{initial}; END_STRUCT END_TYPE");
+    for (types, path) in [
+        (part(" := REF(g1)"), "s.p"),
+        (part("") + " TYPE T : STRUCT s : S := (p := REF(g1)); END_STRUCT END_TYPE", "s.s.p"),
+        ("TYPE S : REF_TO INT := REF(g1); END_TYPE".to_owned(), "s"),
+    ] {
+        let of = if path == "s.s.p" { "T" } else { "S" };
+        let told = read(&types, of, path).expect_err(&types);
+        assert!(told.contains("said by a type"), "{types}: {told}");
+    }
+    assert_eq!(read(&part(""), "S := (p := REF(g1))", "s.p"), Ok(1));
+    assert!(read(&part(" := NULL"), "S", "s.p").is_ok());
+}

@@ -8,7 +8,7 @@ use scanbound_base::code::Code;
 use scanbound_base::facts::key;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
-use scanbound_iec::{PouKind, TypeRef, ast};
+use scanbound_iec::{PouKind, TypeRef, ast, same};
 
 /// The most characters of a text whose declared length is no constant.
 const LONGEST_TEXT: u32 = 65_535;
@@ -78,7 +78,7 @@ impl<'p> Resolver<'p> {
                 let id = self.tree.types.new_struct();
                 let mut own = Vec::new();
                 for one in parts {
-                    own.push((one.name.clone(), self.find_type(&one.of, around, one.line)?));
+                    own.push((one.name.clone(), self.declared_part(one, around)?));
                 }
                 self.tree.types.set_parts(id, own);
                 Type::Struct(id)
@@ -133,13 +133,15 @@ impl<'p> Resolver<'p> {
                 self.index.known_types.insert(at, ty);
                 let mut all = Vec::new();
                 for one in parts {
-                    let found = self.type_of(&one.of, &[], one.line);
+                    let found = self.declared_part(one, &[]);
+                    let found = found.unwrap_or_else(|fault| self.tree.types.faulty(fault));
                     all.push((one.name.clone(), found));
                 }
                 self.tree.types.set_parts(id, all);
                 return Ok(ty);
             }
             let ty = self.find_type(&own.of, &[], line)?;
+            self.refers_to_nothing(ty, own.initial.as_ref(), own.line)?;
             self.index.known_types.insert(at, ty);
             return Ok(ty);
         }
@@ -150,6 +152,41 @@ impl<'p> Resolver<'p> {
                 .text(name)
                 .help(declare("give the file that declares it", name))),
         }
+    }
+
+    /// The type of a part of a structure.
+    fn declared_part(&mut self, one: &Declared, around: &[&[Declared]]) -> Result<TypeId, Fault> {
+        let ty = self.find_type(&one.of, around, one.line)?;
+        self.refers_to_nothing(ty, one.initial.as_ref(), one.line)?;
+        Ok(ty)
+    }
+
+    /// Refuses a type that says what its references mean at first: only declarations of variables are asked for that.
+    fn refers_to_nothing(
+        &self,
+        ty: TypeId,
+        initial: Option<&ast::Expr>,
+        line: u32,
+    ) -> Result<(), Fault> {
+        fn names(one: &ast::Expr) -> bool {
+            let is_null = |path: &ast::Path| path.as_name().is_some_and(|name| same(name, "NULL"));
+            matches!(one, ast::Expr::Variable(path) if !is_null(path))
+                || one.operands().into_iter().any(names)
+        }
+        let is_reference = |of: &Type| matches!(of, Type::Reference(..) | Type::Interface(_));
+        let refers = match initial.is_some_and(names) || calls(initial) {
+            // The variables of blocks are not known yet.
+            true => self.tree.holds(ty, &|of| {
+                is_reference(of) || (calls(initial) && matches!(of, Type::Block(_)))
+            }),
+            false => false,
+        };
+        if !refers {
+            return Ok(());
+        }
+        let told = "what references mean at first is said by a type, which is not followed";
+        let help = "give the variable of this type an initial value, or assign it in the program";
+        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
     /// The type of instances of a unit.
@@ -178,9 +215,9 @@ impl<'p> Resolver<'p> {
     pub(super) fn type_calls(&self, of: &TypeRef, seen: &mut Vec<String>) -> bool {
         match of {
             TypeRef::Array(_, of) | TypeRef::Subrange(of, _) => self.type_calls(of, seen),
-            TypeRef::Struct(parts) => {
-                parts.iter().any(|one| calls(&one.initial) || self.type_calls(&one.of, seen))
-            }
+            TypeRef::Struct(parts) => parts
+                .iter()
+                .any(|one| calls(one.initial.as_ref()) || self.type_calls(&one.of, seen)),
             TypeRef::Named(name) => {
                 let key = name.to_ascii_uppercase();
                 if seen.contains(&key) {
@@ -192,8 +229,9 @@ impl<'p> Resolver<'p> {
                 let units = unit.unwrap_or_default().into_iter();
                 let mut variables =
                     units.flat_map(|unit| &self.project.pous[unit.index()].variables);
-                own.is_some_and(|own| calls(&own.initial) || self.type_calls(&own.of, seen))
-                    || variables.any(|one| calls(&one.initial) || self.type_calls(&one.of, seen))
+                own.is_some_and(|own| calls(own.initial.as_ref()) || self.type_calls(&own.of, seen))
+                    || variables
+                        .any(|one| calls(one.initial.as_ref()) || self.type_calls(&one.of, seen))
             }
             _ => false,
         }
@@ -201,7 +239,7 @@ impl<'p> Resolver<'p> {
 }
 
 /// Whether an initial value calls anything.
-fn calls(one: &Option<ast::Expr>) -> bool {
+fn calls(one: Option<&ast::Expr>) -> bool {
     fn within(one: &ast::Expr) -> bool {
         let indices = match one {
             ast::Expr::Variable(path) => &path.rest[..],
@@ -213,5 +251,5 @@ fn calls(one: &Option<ast::Expr>) -> bool {
             || indices.iter().any(calls)
             || one.operands().into_iter().any(within)
     }
-    one.as_ref().is_some_and(within)
+    one.is_some_and(within)
 }
