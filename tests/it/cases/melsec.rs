@@ -323,3 +323,38 @@ fn one_pulse_contact_sees_the_edge_of_a_single_operation_relay() {
         assert!(found >= lower && found <= upper, "{list}: {found}");
     }
 }
+
+#[test]
+fn a_missing_routine_may_switch_what_changes_other_instructions() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let run = |list: &str, facts: &str| {
+        fs::write(directory.path().join("a.il"), list).expect("written");
+        fs::write(directory.path().join("facts.toml"), facts).expect("written");
+        let output = binary()
+            .args(["audit", "a.il", "--cpu", "FX3U", "--facts", "facts.toml", "-v"])
+            .current_dir(directory.path())
+            .output()
+            .expect("the command runs");
+        super::Run::of(&output)
+    };
+    let from = "LD M8000\nCALL P7\nLD M8000\nFROM K0 K0 D0 K1\nEND\n";
+    let moves = "LD M8000\nCALL P7\nLD M8000\nBMOV D0 D10 K3\nLD= D10 K1\nOUT Y0\nEND\n";
+    for (writes, is_counted, is_reversed) in [
+        ("", true, true),
+        (", writes = [\"D5\"]", false, false),
+        (", writes = [\"M8160-M8170\"]", true, true),
+        (", writes = [\"M8024\"]", false, true),
+    ] {
+        let facts = format!("[calls]\nP7 = {{ time = \"50us\"{writes} }}\n");
+        let counted = run(from, &facts);
+        let code = if is_counted { 2 } else { 0 };
+        assert_eq!(counted.code, Some(code), "{writes}: {}{}", counted.stdout, counted.stderr);
+        let moved = run(moves, &facts);
+        assert_eq!(moved.code, Some(0), "{writes}: {}", moved.stderr);
+        let is_said = moved.stdout.contains("depends on M8024 or M8160");
+        assert_eq!(is_said, is_reversed, "{writes}: {}", moved.stdout);
+    }
+    let without = moves.replace("CALL P7\n", "OUT Y1\n");
+    let others = run(&without, "[external]\ndevices = [\"M8024\"]\n");
+    assert!(others.stdout.contains("depends on M8024 or M8160"), "{}", others.stdout);
+}

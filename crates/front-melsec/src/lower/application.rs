@@ -75,10 +75,10 @@ impl Lowering<'_> {
                 Code::NotModelled,
                 &raw.mnemonic,
                 format!(
-                    "with M8164 on, D8164 sets how many words `{}` moves, which scanbound does not follow",
+                    "with M8164 on, which may be the case, D8164 sets how many words `{}` moves: scanbound does not follow this",
                     raw.mnemonic
                 ),
-                "do not use M8164; write the count as the last operand",
+                "do not use M8164; write the count as the last operand; state what missing routines write ([calls])",
             );
         }
         let units = self.units(raw, entry);

@@ -57,7 +57,14 @@ impl<'a> Lowering<'a> {
             comments: labels::comments(&project.comments, options.family),
             ..Program::default()
         };
-        let modes = Modes::of(&resolved.items, options.family);
+        let written_by_others = |relays: &[u32]| {
+            let is_one = |text: &String| {
+                let is_in = |relay: String| ranges::has_special(text, &relay, options.family);
+                relays.iter().any(|relay| is_in(format!("M{relay}")) || is_in(format!("SM{relay}")))
+            };
+            ranges::others_write(structure, options, is_one)
+        };
+        let modes = Modes::of(&resolved.items, options.family, written_by_others);
         let mut lowering = Lowering {
             resolved,
             structure,

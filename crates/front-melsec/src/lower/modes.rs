@@ -39,10 +39,17 @@ pub(super) struct Modes {
 }
 
 impl Modes {
-    /// Finds what the instructions of a project use.
-    pub fn of(items: &[Item<'_>], family: Family) -> Modes {
+    /// Finds what the instructions of a project use. `written_by_others` says whether something other than its
+    /// instructions may write one of these special relays.
+    pub fn of(
+        items: &[Item<'_>],
+        family: Family,
+        written_by_others: impl Fn(&[u32]) -> bool,
+    ) -> Modes {
         let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
-        let touches = |relays: &[u32]| items.iter().any(|item| touches(item, relays));
+        let touches = |relays: &[u32]| {
+            items.iter().any(|item| touches(item, relays)) || written_by_others(relays)
+        };
         let is_fx = matches!(family, Family::Fx | Family::Fx5);
         Modes {
             switches_file_register: has(&["RSET", "RSETP", "QDRSET", "QDRSETP"]),

@@ -6,6 +6,7 @@ use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Device, Operand, Place, parse, upper};
 use crate::resolve::DecodeOptions;
 use crate::source::RawInstruction;
+use crate::structure::Structure;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Part;
@@ -44,6 +45,19 @@ pub(super) fn has_special(text: &str, special: &str, family: Family) -> bool {
         return false;
     };
     kind == other && (first..first + count).contains(&number)
+}
+
+/// Whether a missing routine or another station writes a device or device range that `is_one` accepts. A routine whose
+/// writes are not stated may write anything.
+pub(super) fn others_write(
+    structure: &Structure,
+    options: &DecodeOptions<'_>,
+    is_one: impl Fn(&String) -> bool,
+) -> bool {
+    let stated = |name: &String| options.facts.calls.get(name).and_then(|one| one.writes.as_ref());
+    let mut missing = structure.missing_routines();
+    missing.any(|name| stated(name).is_none_or(|writes| writes.iter().any(&is_one)))
+        || options.facts.external.iter().any(is_one)
 }
 
 /// Parses a device (`D500`) or a device range (`ZR1000-ZR1999`): its type, the first number, and the number of devices.

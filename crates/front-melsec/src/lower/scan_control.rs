@@ -1,7 +1,7 @@
 //! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant
 //! scan.
 
-use super::ranges::{self, has_special};
+use super::ranges::{self, has_special, others_write};
 use super::state::Lowering;
 use super::written::{LONGEST_BLOCK, block_length, known_length, unpulsed, written};
 use crate::catalog::EVERYWHERE;
@@ -153,7 +153,6 @@ impl Lowering<'_> {
         if !matches!(self.family, Family::Fx | Family::Fx5) {
             return false;
         }
-        let facts = self.options.facts;
         let in_index = |region: &Region| match *region {
             Region::Range { first: Cell { area, .. }, .. } | Region::Area(area) => {
                 INDEX_AREAS.contains(&area)
@@ -164,10 +163,6 @@ impl Lowering<'_> {
             let regions = ranges::written(text, self.family, false);
             regions.is_some_and(|regions| regions.iter().any(in_index))
         };
-        let stated = |name: &String| facts.calls.get(name).and_then(|one| one.writes.as_ref());
-        let mut missing = self.structure.missing_routines();
-        let by_routine =
-            missing.any(|name| stated(name).is_none_or(|writes| writes.iter().any(is_index)));
         let by_item = |item: &Item<'_>| {
             let also = match &item.category {
                 Category::Listed(found) => &found.entry.also[..],
@@ -183,7 +178,8 @@ impl Lowering<'_> {
                     _ => false,
                 })
         };
-        by_routine || facts.external.iter().any(is_index) || self.resolved.items.iter().any(by_item)
+        others_write(self.structure, self.options, is_index)
+            || self.resolved.items.iter().any(by_item)
     }
 
     /// Whether an instruction that writes these devices certainly writes the special device of number `special`. `None`
