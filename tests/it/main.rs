@@ -25,6 +25,7 @@ mod iec_conversions;
 mod iec_drawn;
 mod iec_effects;
 mod iec_exact;
+mod iec_generated;
 mod iec_objects;
 mod iec_orders;
 mod iec_program;

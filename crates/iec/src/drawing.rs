@@ -318,6 +318,12 @@ impl Block {
         self.inputs.iter().any(|pin| pin.name.eq_ignore_ascii_case(name))
     }
 
+    /// Whether an output gives the negation.
+    #[must_use]
+    pub fn negates(&self, name: &str) -> bool {
+        self.outputs.iter().any(|pin| pin.negated && pin.name.eq_ignore_ascii_case(name))
+    }
+
     /// Whether generators take ENO of a function into a variable: it is drawn, and no edge at a pin depends on EN.
     #[must_use]
     pub fn gives_enable(&self) -> bool {

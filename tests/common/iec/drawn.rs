@@ -3,8 +3,8 @@
 //!
 //! An element that does something is carried out when its turn comes; what leads to it is looked at then, once. Some
 //! controllers look at contacts again for each element behind them, with edges of their own. Generators of text always
-//! do, and write coils and outputs before blocks, from what the file has or from rows. A run is asked for one of these
-//! manners.
+//! do, and write coils and outputs before blocks, from what the file has or from rows. Of an element's signs they write
+//! the first one alone, and those of variables not at all. A run is asked for one of these manners.
 
 use super::machine::{Expr, Machine, Scope, Ty};
 use std::collections::{BTreeMap, BTreeSet};
@@ -204,10 +204,33 @@ impl Drawing {
         self.elements.iter().enumerate().map(of).sum()
     }
 
+    /// Whether it is text that a generator has written.
+    fn is_generated(&self, manner: Manner) -> bool {
+        manner.turn != Turn::Places && !self.has_jumps()
+    }
+
+    /// The edge that is looked at, of an element or a pin that has another sign or not.
+    fn edge_beside(&self, manner: Manner, edge: Edge, has_sign: bool) -> Edge {
+        if has_sign && self.is_generated(manner) { Edge::None } else { edge }
+    }
+
     /// The elements as they come.
     fn order(&self, turn: Turn) -> Vec<usize> {
         let mut all: Vec<usize> = (0..self.elements.len()).collect();
-        if turn == Turn::Places || self.numbered || self.has_jumps() {
+        if turn == Turn::Places || self.has_jumps() {
+            return all;
+        }
+        if self.numbered {
+            // The numbers of coils are not looked at.
+            let is_coil = |id: usize| matches!(self.elements[id], What::Coil(..));
+            let place = |id: usize| match turn {
+                Turn::Rows => (self.place(id).1 / 10, self.place(id).0),
+                _ => (0, 0),
+            };
+            all.sort_by_key(|&id| match is_coil(id) {
+                true => (true, place(id), id),
+                false => (false, (0, 0), id),
+            });
             return all;
         }
         let is_block = |id: usize| {
@@ -353,8 +376,9 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
     /// these takes 1, for all that is known of the controller.
     fn edges_behind(&self, from: &[Pin]) -> u64 {
         let of = |&(id, _): &Pin| match &self.drawing.elements[id] {
-            What::Contact(_, _, kind, from) => {
-                u64::from(*kind != Edge::None) + self.edges_behind(from)
+            What::Contact(_, negated, kind, from) => {
+                let kind = self.drawing.edge_beside(self.manner, *kind, *negated);
+                u64::from(kind != Edge::None) + self.edges_behind(from)
             }
             What::Coil(_, _, _, from) => self.edges_behind(from),
             _ => 0,
@@ -391,6 +415,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         let value = match &self.drawing.elements[id] {
             What::Rail => 1,
             What::Contact(variable, negated, kind, from) => {
+                let kind = self.drawing.edge_beside(self.manner, *kind, *negated);
                 // What a trigger has seen is seen once.
                 let asks = if self.manner.again { self.asks.clone() } else { String::new() };
                 let own = match self.seen.get(&(id, asks.clone())) {
@@ -401,8 +426,8 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
                             true => format!("edge {id} by {asks}"),
                             false => format!("edge {id}"),
                         };
-                        let value = self.edge(&name, *kind, value);
-                        if *kind != Edge::None {
+                        let value = self.edge(&name, kind, value);
+                        if kind != Edge::None {
                             self.seen.insert((id, asks), value);
                         }
                         value
@@ -412,7 +437,7 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             }
             What::Coil(_, _, _, from) => {
                 // A coil is carried out before what stands behind it; by generators in its own place.
-                let is_generated = self.manner.turn != Turn::Places && !self.drawing.has_jumps();
+                let is_generated = self.drawing.is_generated(self.manner);
                 if is_generated && self.manner.joins_all {
                     from.iter().map(|pin| self.link(*pin)).fold(1, |all, one| all & one)
                 } else if is_generated {
@@ -428,7 +453,8 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             }
             What::In(value, negated) => {
                 let found = self.machine.value(&self.scope.clone(), value);
-                if *negated { 1 - found } else { found }
+                let is_negated = *negated && !self.drawing.is_generated(self.manner);
+                if is_negated { 1 - found } else { found }
             }
             What::Function(..) | What::Standard(..) | What::Block(..) => {
                 self.act(id);
@@ -456,8 +482,9 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             .iter()
             .map(|one| {
                 let value = self.asked(format!("{id} {}", one.name), &one.from);
-                self.cost += u64::from(one.edge != Edge::None);
-                let value = self.edge(&format!("edge {id} {}", one.name), one.edge, value);
+                let kind = self.drawing.edge_beside(self.manner, one.edge, one.negated);
+                self.cost += u64::from(kind != Edge::None);
+                let value = self.edge(&format!("edge {id} {}", one.name), kind, value);
                 (one.name, if one.negated { 1 - value } else { value })
             })
             .collect()
@@ -486,8 +513,9 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
         match &drawing.elements[id] {
             What::Coil(variable, mode, kind, from) => {
                 let value = self.asked(id.to_string(), from);
-                let value = self.edge(&format!("edge {id}"), *kind, value);
-                self.cost += u64::from(*kind != Edge::None);
+                let kind = self.drawing.edge_beside(self.manner, *kind, *mode != Mode::Plain);
+                let value = self.edge(&format!("edge {id}"), kind, value);
+                self.cost += u64::from(kind != Edge::None);
                 let key = self.scope.key(variable);
                 self.cost += match mode {
                     Mode::Plain | Mode::Negated => 1,
@@ -504,15 +532,16 @@ impl<'d, 'm, 'u> Run<'d, 'm, 'u> {
             }
             What::Out(variable, negated, from) => {
                 let value = self.asked(id.to_string(), from);
-                // Of a block that is not enabled nothing is taken over.
+                // Of a block that is not enabled nothing is taken over; generators do not take over its ENO, either.
+                let is_generated = drawing.is_generated(self.manner);
                 if let [(block, output)] = from[..]
-                    && output != "ENO"
+                    && (output == "ENO") <= is_generated
                     && self.links.get(&(block, "ENO")) == Some(&0)
                     && matches!(drawing.elements[block], What::Function(..))
                 {
                     return;
                 }
-                let value = if *negated { 1 - value } else { value };
+                let value = if *negated && !is_generated { 1 - value } else { value };
                 let key = self.scope.key(variable);
                 self.cost += 1;
                 self.machine.set(key, value);

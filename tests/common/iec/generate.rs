@@ -212,7 +212,7 @@ impl Draw<'_> {
         let id = self.to.add(What::Function(name, result, enable, inputs));
         if result == BOOL {
             let target = self.dice.one(BITS);
-            let negated = self.dice.chance(4);
+            let negated = self.dice.chance(20);
             self.to.add(What::Out(target, negated, vec![(id, "OUT")]));
         } else {
             let own = NUMBERS.iter().find(|one| one.0 == ty).expect("a type").1;
@@ -327,7 +327,7 @@ impl Draw<'_> {
         for _ in 0..1 + self.dice.below(2) {
             if !pins.is_empty() {
                 let what =
-                    What::Out(self.dice.one(BITS), self.dice.chance(3), vec![self.dice.one(&pins)]);
+                    What::Out(self.dice.one(BITS), self.dice.chance(20), vec![self.dice.one(&pins)]);
                 self.to.add(what);
             }
         }

@@ -530,7 +530,7 @@ const PAIRS: &[(&str, &[&str], &str, &str, &str)] = &[
         &["a", "n", "m", "MAX EN=1 2 3", "> k 4.OUT", "> y 4.ENO"],
         "a:BOOL n:INT m:INT k:INT y:BOOL",
         "r4:INT e4:BOOL",
-        "r4 := MAX(EN := a, IN1 := n, IN2 := m, ENO => e4); IF e4 THEN k := r4; END_IF; y := e4;",
+        "r4 := MAX(EN := a, IN1 := n, IN2 := m, ENO => e4); IF e4 THEN k := r4; END_IF; IF e4 THEN y := e4; END_IF;",
     ),
     (
         "FBD",

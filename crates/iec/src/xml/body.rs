@@ -482,7 +482,16 @@ fn condition<'a, 'i>(
         let own = format!("t{}", node.attribute("localId").unwrap_or_default());
         reading.apart(&own, |reading| drawn(reading, body, node, &from))?
     };
-    Ok(if is(own, "negated") { value.not() } else { value })
+    match own.attribute("negated") {
+        None | Some("false" | "0") => Ok(value),
+        Some("true" | "1") if text.is_codesys => Ok(value.not()),
+        Some(_) => {
+            let message =
+                format!("{}: generators leave out that its condition is negated", called(node));
+            let help = "negate in the condition itself";
+            Err(text.fault(node, message).code(Code::NotModelled).help(help))
+        }
+    }
 }
 
 /// A condition that is drawn beside the chart.

@@ -1,13 +1,15 @@
 //! What an element may say that is not followed: it is refused, since what is left out makes a bound too low.
 
-use super::node::{Text, child, children, elements, is, order};
+use super::node::{Text, child, children, elements, has_place, is, order};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;
 
 /// Elements that may be negated as a whole.
-const NEGATED: &[&str] =
-    &["contact", "coil", "inVariable", "outVariable", "inOutVariable", "jump", "return"];
+const NEGATED: &[&str] = &["contact", "coil", "inVariable", "outVariable", "jump", "return"];
+
+/// Signs that are not followed anywhere.
+const SIGNS: &[&str] = &["edgeIn", "edgeOut", "storageIn", "storageOut"];
 
 /// Refuses an element of which a part is not followed.
 pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
@@ -20,6 +22,9 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     let order_is_told = node.attribute("executionOrderId").is_some_and(|told| told.trim() != "0");
     if order_is_told && order(node).is_none() {
         return refused("its executionOrderId is no number".to_owned());
+    }
+    if !has_place(node) {
+        return refused("its position is no pair of numbers".to_owned());
     }
     if name == "actionBlock" && !matches!(node.attribute("negated"), None | Some("false" | "0")) {
         return refused("a negated block of actions is not followed".to_owned());
@@ -55,9 +60,17 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
             if !matches!(one.attribute(attribute), None | Some("true" | "false" | "1" | "0")) {
                 return refused(format!("{attribute} is neither true nor false"));
             }
-            if is(one, attribute) && !is_pin && !NEGATED.contains(&name) {
+            let is_followed = match (attribute, is_pin) {
+                ("negated", is_pin) => is_pin || NEGATED.contains(&name),
+                (_, is_pin) => !is_pin && name == "inOutVariable",
+            };
+            if is(one, attribute) && !is_followed {
                 return refused(format!("{attribute} is not followed here"));
             }
+        }
+        let sign = SIGNS.iter().find(|sign| !matches!(one.attribute(**sign), None | Some("none")));
+        if let Some(sign) = sign {
+            return refused(format!("{sign} is not followed"));
         }
     }
     for list in pins.iter().filter_map(|list| child(node, list)) {
@@ -82,6 +95,9 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
             };
         if text.written(point).is_some() && (!is_followed || child(point, "connection").is_some()) {
             return refused("an expression in place of a connection is not followed".to_owned());
+        }
+        if point.tag_name().name() == "connectionPointOut" && child(point, "connection").is_some() {
+            return refused("a connection that leads to an output is not followed".to_owned());
         }
         if children(point, "connection").any(|one| one.attribute("refLocalId").is_none()) {
             return Err(text

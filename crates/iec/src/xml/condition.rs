@@ -85,6 +85,14 @@ fn value(
     from: Vec<Connection>,
     called: &str,
 ) -> Result<(Expr, BTreeSet<ElementId>), Fault> {
+    if let Some(one) =
+        drawing.elements.iter().find(|one| !drawing.is_executed_as_drawn && has_lost_sign(one))
+    {
+        let what = "generators leave a sign of it out in a condition";
+        let help =
+            "negate with a contact or a function NOT, and look at edges with R_TRIG or F_TRIG";
+        return Err(one.fault(what).code(Code::NotModelled).help(help));
+    }
     let mut walk = Walk {
         drawing,
         called,
@@ -109,6 +117,18 @@ fn value(
         reading.compute(Drawing { goal: Some(Goal { part, from }), ..drawing.clone() });
     }
     Ok((value, reached))
+}
+
+/// Whether an element has a sign that generators leave out.
+fn has_lost_sign(one: &Element) -> bool {
+    let is_negated = one.negated_in || one.negated_out;
+    match &one.kind {
+        ElementKind::Block(block) => {
+            block.inputs.iter().any(|pin| pin.negated && pin.edge.is_some())
+        }
+        ElementKind::Contact => is_negated && one.edge.is_some(),
+        _ => is_negated,
+    }
 }
 
 struct Walk<'d> {
@@ -212,7 +232,7 @@ impl<'d> Walk<'d> {
             return Err(self.remembers(one.line));
         }
         let is_enable = named.eq_ignore_ascii_case("ENO");
-        let is_negated = block.outputs.iter().any(|pin| pin.name == named && pin.negated);
+        let is_negated = block.negates(named);
         let value = match (&self.apart, &block.instance) {
             (None, Some(_)) => return Err(self.remembers(one.line)),
             (None, None) if !is_first_time || named != first => {

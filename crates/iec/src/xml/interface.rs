@@ -186,6 +186,7 @@ pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Res
         if let Some(other) = written.iter().find(|other| same(&other.name, &variable.name)) {
             variable.at = variable.at.take().or_else(|| other.at.clone());
             variable.constant |= other.constant;
+            variable.retain |= other.retain;
         }
     }
     Ok(())

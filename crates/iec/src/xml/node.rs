@@ -173,6 +173,12 @@ pub(super) fn position(node: Node<'_, '_>) -> (i64, i64) {
     (coordinate("y"), coordinate("x"))
 }
 
+/// Whether its place can be read, if it has one.
+pub(super) fn has_place(node: Node<'_, '_>) -> bool {
+    let coordinates = child(node, "position").map(|one| [one.attribute("y"), one.attribute("x")]);
+    coordinates.is_none_or(|all| all.iter().all(|one| one.is_some_and(|one| tenths(one).is_some())))
+}
+
 /// An element's number of execution, if it has one.
 pub(super) fn order(node: Node<'_, '_>) -> Option<u64> {
     let number = node.attribute("executionOrderId")?.parse().ok();

@@ -14,6 +14,7 @@ use crate::{
     same,
 };
 use roxmltree::Node;
+use std::collections::BTreeSet;
 
 /// Reads a project's tree.
 pub(super) struct Reader<'t> {
@@ -123,7 +124,13 @@ impl<'t> Reader<'t> {
         let kind = match node.attribute("pouType") {
             Some("program") => PouKind::Program,
             Some("function") => PouKind::Function,
-            _ => PouKind::FunctionBlock,
+            Some("functionBlock") => PouKind::FunctionBlock,
+            other => {
+                let message = format!("the pouType {} is not known", other.unwrap_or_default());
+                let help = "it is program, function or functionBlock";
+                self.project.unread.push((0, self.text.fault(node, message).help(help)));
+                PouKind::FunctionBlock
+            }
         };
         let mut pou = self.unit(node, kind);
         self.members(added(node), &mut pou);
@@ -212,6 +219,14 @@ impl<'t> Reader<'t> {
             let fault = text.fault(second, message).help("put what it does into the first one");
             self.faults.push(fault.within(&pou.name));
         }
+        if let Some(second) = second_connector(text, node) {
+            let message = format!(
+                "another connector of the unit is called {}",
+                second.attribute("name").unwrap_or_default()
+            );
+            let help = "give it a name of its own: generators keep one value for each name";
+            self.faults.push(text.fault(second, message).help(help).within(&pou.name));
+        }
         for one in named("transitions", "transition") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
             let mut reading = Reading::new(text, pou, &name);
@@ -267,6 +282,14 @@ fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
     Ok(())
 }
 
+/// A connector with the name of another one in the unit.
+fn second_connector<'a, 'i>(text: &Text, unit: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
+    let mut names = BTreeSet::new();
+    let all = unit.descendants().filter(|one| one.tag_name().name() == "connector");
+    let mut all = all.filter(|_| !text.is_codesys);
+    all.find(|one| !names.insert(one.attribute("name")))
+}
+
 /// What stands in an element's additional data.
 fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let data = child(node, "addData").into_iter();
@@ -279,9 +302,9 @@ fn last_name(name: &str) -> String {
 }
 
 fn instance(node: Node<'_, '_>) -> Option<(String, String)> {
-    let name = node.attribute("name")?;
     // TwinCAT leaves the type empty: the name is the program's.
     let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
+    let name = node.attribute("name").or(of)?;
     Some((name.to_owned(), of.unwrap_or(name).to_owned()))
 }
 

@@ -2,6 +2,7 @@
 
 use super::super::given::{Given, Side, Taker};
 use super::super::paths::Found;
+use super::super::resolver::Resolver;
 use super::state::{Drawer, Key, Output, Use, at_element, resolved};
 use super::worth::Worth;
 use crate::blocks::StandardBlock;
@@ -9,10 +10,10 @@ use crate::show;
 use crate::tree::StatementKind;
 use crate::types::Type;
 use scanbound_base::code::Code;
-use scanbound_iec::PouKind;
 use scanbound_iec::ast::{self, Path};
 use scanbound_iec::drawing::{self, Block, Connection, Element, ElementId};
 use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, Section, same};
 use std::collections::BTreeSet;
 
 fn is_enable(name: &str) -> bool {
@@ -41,7 +42,12 @@ impl<'d> Drawer<'_, '_, 'd> {
             std::mem::take(&mut self.open).into_iter().partition(is_block);
         blocks.insert(id);
         self.open = blocks;
+        let asking = self.progress.acting;
+        if self.is_generated {
+            self.progress.acting = self.number(one);
+        }
         let given = self.given(id, one, block);
+        self.progress.acting = asking;
         self.open.remove(&id);
         self.open.extend(passed);
         let done = given.and_then(|given| self.call(id, one, block, given));
@@ -74,7 +80,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                     }
                     drawing::Given::Wired(from) => self.used(one, from)?,
                 };
-                if let Some(edge) = pin.edge {
+                if let Some(edge) = self.edge_beside(pin.edge, pin.negated) {
                     let always = self.truth(true, one.line);
                     let looked_at = match enable.is_constant() {
                         true => always,
@@ -140,6 +146,18 @@ impl<'d> Drawer<'_, '_, 'd> {
         block: &'d Block,
         (enable, mut given): Inputs<'d>,
     ) -> Result<(), Fault> {
+        if !self.sheet.drawing.is_executed_as_drawn
+            && matches!(&block.outputs[..], [only] if is_enabled(&only.name))
+        {
+            let what = "of its outputs only ENO is drawn: generators give ENO its result";
+            let help = "draw its result, too";
+            return Err(one.fault(what).code(Code::NotModelled).help(help));
+        }
+        if self.resolver.declares_output(block) {
+            let what = "its first output is not its result, but one that it declares";
+            let help = "draw its result as the first output";
+            return Err(one.fault(what).code(Code::NotModelled).help(help));
+        }
         if block.are_counted(given.len()) {
             given.iter_mut().for_each(|(name, _)| *name = None);
         }
@@ -373,14 +391,17 @@ impl<'d> Drawer<'_, '_, 'd> {
     }
 
     /// The condition under which an output is taken over: nothing is from a function that is not enabled. Of a function
-    /// block some controllers take over what it put out before.
+    /// block some controllers take over what it put out before; generators take over ENO where it is true.
     fn takes_over(&mut self, id: ElementId, output: &str) -> Worth {
         let one = self.element(id);
         let always = self.truth(true, one.line);
-        let is_taken = |block: &&Block| !is_enabled(output) && block.code.is_none();
-        let Some(block) = one.block().filter(is_taken) else { return always };
+        let Some(block) = one.block() else { return always };
+        let is_told = is_enabled(output) || block.code.is_some();
+        if is_told && self.sheet.drawing.is_executed_as_drawn {
+            return always;
+        }
         let enable = self.enabled(id);
-        match enable.is(true) || block.instance.is_none() {
+        match enable.is(true) || !is_told && block.instance.is_none() {
             true => enable,
             false => self.one_of(enable, always),
         }
@@ -394,7 +415,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             return self.enabled(id);
         };
         let named = if output.is_empty() { first_output(block) } else { output };
-        let is_negated = block.outputs.iter().any(|pin| pin.name == named && pin.negated);
+        let is_negated = block.negates(named);
         let given_back = self.progress.given_back.get(&(id, named.to_ascii_lowercase()));
         let value = match (given_back, &block.instance) {
             (Some(given_back), _) => given_back.clone(),
@@ -409,6 +430,24 @@ impl<'d> Drawer<'_, '_, 'd> {
             (None, None) => self.result((id, named), one.line),
         };
         if is_negated { value.not() } else { value }
+    }
+}
+
+impl Resolver<'_> {
+    /// Whether the first output of a function is one that a function or a method of its name declares.
+    fn declares_output(&self, block: &Block) -> bool {
+        let Ok(path) = &block.function else { return false };
+        let of = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
+        let named = first_output(block);
+        let units = self.tree.units.iter().filter(|unit| same(&unit.name, of));
+        let routines = self.tree.routines.iter().filter(|one| same(&one.name, of));
+        let all = units.flat_map(|one| one.variables.iter().filter(|id| one.result != Some(**id)));
+        let all = all.chain(
+            routines.flat_map(|one| one.variables.iter().filter(|id| one.result != Some(**id))),
+        );
+        { all }.map(|&id| self.tree.variable(id)).any(|one| {
+            same(&one.name, named) && matches!(one.section, Section::Output | Section::InOut)
+        })
     }
 }
 

@@ -1,9 +1,11 @@
 //! Whether two orders of a drawing may do different things.
 
 use super::super::resolver::Resolver;
-use super::state::Progress;
+use super::state::{Progress, Sheet};
 use super::touched::{Cell, Touched};
+use scanbound_base::code::Code;
 use scanbound_iec::drawing::ElementId;
+use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Resolver<'_> {
@@ -30,7 +32,7 @@ impl Resolver<'_> {
     /// other one touches.
     pub(super) fn differ(&self, one: &Progress<'_>, other: &Progress<'_>) -> bool {
         let (here, there) = (one.by_place(), other.by_place());
-        if one.joins_all != other.joins_all || here.keys().ne(there.keys()) {
+        if one.differs_in_itself != other.differs_in_itself || here.keys().ne(there.keys()) {
             return true;
         }
         let all = || here.values().chain(there.values()).map(|(_, touched)| *touched);
@@ -69,6 +71,50 @@ impl Resolver<'_> {
                 touching.iter().any(|(own, also, _)| (own < here) != (also < there))
             })
         })
+    }
+
+    /// Refuses a drawing in which it matters how generators sort elements whose rows are not clear.
+    pub(super) fn rows_are_clear(
+        &self,
+        sheet: &Sheet<'_>,
+        known: &Progress<'_>,
+    ) -> Result<(), Fault> {
+        let mut touched: BTreeMap<ElementId, Vec<&Touched>> = BTreeMap::new();
+        known.all.iter().for_each(|one| touched.entry(one.owner).or_default().push(&one.touched));
+        for own in sheet.unclear_rows() {
+            let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
+            let mut open = own;
+            while let Some(id) = open.pop() {
+                if !before.contains_key(&id) {
+                    let blocks = sheet.blocks_before(id);
+                    open.extend(&blocks);
+                    before.insert(id, blocks);
+                }
+            }
+            let meets = |one: &ElementId, other: &ElementId| {
+                let is_fixed = before[one].contains(other) != before[other].contains(one);
+                let all = |id| touched.get(id).into_iter().flatten();
+                let changes = |one: &Touched, other: &Touched| {
+                    self.may_change(one, other) || self.may_change(other, one)
+                };
+                !is_fixed && all(one).any(|one| all(other).any(|other| changes(one, other)))
+            };
+            let pairs = before
+                .keys()
+                .flat_map(|one| before.range(one..).map(move |(other, _)| (one, other)));
+            if let Some((one, other)) =
+                { pairs }.find(|(one, other)| one != other && meets(one, other))
+            {
+                let (one, other) = (sheet.drawing.element(*one), sheet.drawing.element(*other));
+                let what = format!(
+                    "whether it comes before {} is not clear: older generators sort by rows of ten units, and these are not apart",
+                    other.called()
+                );
+                let help = "move elements until their rows are ten units apart, or number them";
+                return Err(one.fault(&what).code(Code::NotModelled).help(help));
+            }
+        }
+        Ok(())
     }
 }
 

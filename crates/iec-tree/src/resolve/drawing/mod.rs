@@ -72,6 +72,9 @@ impl Resolver<'_> {
                 ways.push((what, own));
             }
         }
+        if let Some((_, first)) = ways.first() {
+            self.rows_are_clear(sheet, first)?;
+        }
         let line = ways.first().and_then(|(_, first)| first.all.first());
         let line = line.map_or(0, |first| sheet.drawing.element(first.owner).line);
         let statements = |own: Progress<'_>| own.all.into_iter().map(|one| one.statement).collect();
@@ -109,7 +112,7 @@ impl Resolver<'_> {
         let how = (order.loops, order.is_generated);
         let mut drawer = Drawer::new(self, sheet, hidden, labels, how);
         for id in order.acting {
-            drawer.progress.acting = sheet.drawing.element(id).order;
+            drawer.progress.acting = drawer.number(sheet.drawing.element(id));
             drawer.act(id)?;
         }
         Ok(drawer.progress)
@@ -177,13 +180,17 @@ impl<'d> Drawer<'_, '_, 'd> {
         if is_coil && one.uses > 0 {
             value = self.store(one, (id, ""), value);
         }
-        if let Some(edge) = one.edge {
+        // Generators write what leads to an output as it is, and what leads to a coil with one sign.
+        let has_sign = !is_coil || one.negated_in || one.latch.is_some();
+        if let Some(edge) = self.edge_beside(one.edge, has_sign) {
             let always = self.truth(true, one.line);
             value = self.edge(one, (id, ""), edge, value, always)?;
         }
-        if one.negated_in {
+        if one.negated_in && (is_coil || self.obeys(true)) {
             value = value.negated();
         }
+        let latch = one.latch.filter(|_| !self.is_generated || is_coil && !one.negated_in);
+        self.progress.differs_in_itself |= latch != one.latch;
         let is_taken = match &one.inputs[..] {
             // Some controllers write nothing where nothing leads to it.
             [] => self.any(one.line),
@@ -191,7 +198,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             _ => self.truth(true, one.line),
         };
         let scope = self.sheet.scope;
-        let kind = match one.latch {
+        let kind = match latch {
             Some(set) => self.resolver.latch(scope, target, set, &value.value(), one.line),
             None => self.resolver.assign(scope, target, &value.value(), one.line),
         };

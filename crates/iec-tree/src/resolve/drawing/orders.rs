@@ -19,8 +19,13 @@ pub(super) struct Order {
 /// Where an element comes: its number, its kind, how far down, how far to the right.
 type Rank = (u64, i64, i64, i64);
 
-/// How far up or down elements stand in one row, for older generators.
-const ROW_HEIGHT: i64 = 100;
+/// How far up or down elements stand in one row, for older generators, in whole units.
+const ROW_HEIGHT: i64 = 10;
+
+/// How far down and how far to the right an element stands, in whole units, as generators read them.
+fn place(one: &Element) -> (i64, i64) {
+    (one.position.0 / 10, one.position.1 / 10)
+}
 
 impl Sheet<'_> {
     /// The orders that tools keep; the first one is the standard's: by the numbers of execution, else from top to
@@ -45,8 +50,7 @@ impl Sheet<'_> {
             let what = "instances that feed each other begin with the one that is asked for first";
             add(what, standard, false);
         }
-        // Generators know no jumps, and CODESYS and TwinCAT execute their drawings themselves.
-        if self.has_jumps || self.drawing.is_executed_as_drawn {
+        if !self.is_generated() {
             return orders;
         }
         let kind = |one: &Element| match one.kind {
@@ -54,8 +58,25 @@ impl Sheet<'_> {
             ElementKind::Connector => 2,
             _ => 0,
         };
-        let rows = self.rows();
-        let row = |one: &Element| rows.get(&one.position.0).copied().unwrap_or(one.position.0);
+        // They look at the numbers of blocks and outputs alone.
+        let number = |one: &Element| match one.kind {
+            ElementKind::Coil | ElementKind::Connector => u64::MAX,
+            _ => number(one),
+        };
+        let lists = [0, 1].map(|own| self.rows(&|one| kind(one) == own));
+        let both = self.rows(&|_| true);
+        let row = |rows: &BTreeMap<i64, i64>, one: &Element| {
+            let (height, across) = place(one);
+            (rows.get(&height).copied().unwrap_or(height), across)
+        };
+        let by_list = |one: &Element| {
+            let (row, across) = row(&lists[usize::from(kind(one) == 1)], one);
+            (number(one), kind(one), row, across)
+        };
+        let as_one = |one: &Element| {
+            let (row, across) = row(&both, one);
+            (number(one), 0, row, across)
+        };
         add(
             "coils and outputs come as the file has them, and blocks behind them",
             sorted(&|one| (number(one), kind(one), 0, 0)),
@@ -63,21 +84,31 @@ impl Sheet<'_> {
         );
         add(
             "coils and outputs come from left to right in rows, and blocks behind them",
-            sorted(&|one| (number(one), kind(one), row(one), one.position.1)),
+            sorted(&by_list),
             true,
         );
-        add(
-            "coils, outputs and blocks come from left to right in rows",
-            sorted(&|one| (number(one), 0, row(one), one.position.1)),
-            true,
-        );
+        add("coils, outputs and blocks come from left to right in rows", sorted(&as_one), true);
         orders
     }
 
-    /// In which row elements at each height stand.
-    fn rows(&self) -> BTreeMap<i64, i64> {
-        let heights: BTreeSet<i64> =
-            self.drawing.elements.iter().map(|one| one.position.0).collect();
+    /// Whether generators may make text of it: they know no jumps, and CODESYS and TwinCAT execute their drawings
+    /// themselves.
+    fn is_generated(&self) -> bool {
+        !self.has_jumps && !self.drawing.is_executed_as_drawn
+    }
+
+    /// The elements that generators sort by their places.
+    fn placed(&self) -> impl Iterator<Item = (ElementId, &Element)> {
+        self.drawing.all().filter(|(_, one)| {
+            let is_numbered = one.order.is_some() && one.kind != ElementKind::Coil;
+            one.acts() && one.kind != ElementKind::Connector && !is_numbered
+        })
+    }
+
+    /// In which row those of these elements stand that are at each height.
+    fn rows(&self, is_one: &dyn Fn(&Element) -> bool) -> BTreeMap<i64, i64> {
+        let own = self.placed().filter(|(_, one)| is_one(one));
+        let heights: BTreeSet<i64> = own.map(|(_, one)| place(one).0).collect();
         let mut rows = BTreeMap::new();
         let mut first = None;
         for height in heights {
@@ -86,6 +117,36 @@ impl Sheet<'_> {
             rows.insert(height, row);
         }
         rows
+    }
+
+    /// Elements that may come in any order where rows are sorted by: of three heights, the outer ones stand in rows
+    /// of their own, but not the one between.
+    pub(super) fn unclear_rows(&self) -> Vec<Vec<ElementId>> {
+        let mut all: Vec<_> = self.placed().map(|(id, one)| (place(one).0, id)).collect();
+        all.retain(|_| self.is_generated());
+        all.sort();
+        let near = all.chunk_by(|(one, _), (other, _)| other - one < ROW_HEIGHT);
+        let is_unclear = |own: &&[(i64, ElementId)]| {
+            own.first().zip(own.last()).is_some_and(|(one, other)| other.0 - one.0 >= ROW_HEIGHT)
+        };
+        near.filter(is_unclear).map(|own| own.iter().map(|(_, id)| *id).collect()).collect()
+    }
+
+    /// The blocks that an element asks for.
+    pub(super) fn blocks_before(&self, id: ElementId) -> BTreeSet<ElementId> {
+        let mut seen = BTreeSet::new();
+        let mut open = vec![id];
+        while let Some(id) = open.pop() {
+            let one = self.drawing.element(id);
+            let connector = match one.kind {
+                ElementKind::Continuation(from) => Some(from),
+                _ => None,
+            };
+            let all = one.sources().map(|from| from.from).chain(connector);
+            open.extend(all.filter(|from| seen.insert(*from)));
+        }
+        seen.retain(|id| self.drawing.element(*id).block().is_some());
+        seen
     }
 
     /// Elements that lead back to themselves, with their places in this order.

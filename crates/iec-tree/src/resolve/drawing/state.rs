@@ -13,7 +13,7 @@ use crate::tree::{Statement, StatementKind};
 use crate::types::TypeId;
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Held as HeldOutput;
-use scanbound_iec::drawing::{Drawing, Element, ElementId, ElementKind};
+use scanbound_iec::drawing::{Drawing, Edge, Element, ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -53,6 +53,8 @@ pub(super) struct Sheet<'d> {
     pub(super) scope: Scope,
     /// Whether it has jumps, labels or returns.
     pub(super) has_jumps: bool,
+    /// Whether it has connectors.
+    pub(super) has_connectors: bool,
     /// Contacts that look at edges, and what they lead to.
     pub(super) behind_edges: BTreeSet<ElementId>,
 }
@@ -88,8 +90,8 @@ pub(super) struct Progress<'d> {
     pub(super) given_back: BTreeMap<(ElementId, String), Worth>,
     /// How many values are one of two.
     pub(super) eithers: usize,
-    /// Whether ways to a coil were joined by AND, as generators do where something stands behind it.
-    pub(super) joins_all: bool,
+    /// Whether something was done as generators alone do it: ways to a coil were joined by AND, a sign was left out.
+    pub(super) differs_in_itself: bool,
 }
 
 /// The expression that is put together.
@@ -133,8 +135,18 @@ impl<'d> Sheet<'d> {
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         }
         let has_jumps = movers.next().is_some();
+        let mut numbers = BTreeSet::new();
+        let is_second =
+            |one: &&Element| one.acts() && one.order.is_some_and(|number| !numbers.insert(number));
+        if let Some(one) = drawing.elements.iter().find(is_second) {
+            let what =
+                "another element has its executionOrderId: which of them comes first is not clear";
+            let help = "give each a number of its own";
+            return Err(one.fault(what).code(Code::NotModelled).help(help));
+        }
+        let has_connectors = drawing.elements.iter().any(|one| one.kind == ElementKind::Connector);
         let behind_edges = behind_edges(drawing);
-        Ok(Sheet { drawing, scope, has_jumps, behind_edges })
+        Ok(Sheet { drawing, scope, has_jumps, has_connectors, behind_edges })
     }
 }
 
@@ -162,6 +174,25 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
 
     pub(super) fn element(&self, id: ElementId) -> &'d Element {
         self.sheet.drawing.element(id)
+    }
+
+    /// Whether a variable is negated where it is wired up. Generators leave this out.
+    pub(super) fn obeys(&mut self, is_negated: bool) -> bool {
+        self.progress.differs_in_itself |= is_negated && self.is_generated;
+        is_negated && !self.is_generated
+    }
+
+    /// The edge that is looked at. Generators look at none of what is negated, sets or resets.
+    pub(super) fn edge_beside(&mut self, edge: Option<Edge>, has_sign: bool) -> Option<Edge> {
+        let is_left = edge.is_some() && has_sign && self.is_generated;
+        self.progress.differs_in_itself |= is_left;
+        edge.filter(|_| !is_left)
+    }
+
+    /// The number of execution by which it is known whether what an element asks for has been executed. Generators
+    /// execute what outputs ask for before them, whatever its number.
+    pub(super) fn number(&self, one: &Element) -> Option<u64> {
+        one.order.filter(|_| !self.is_generated || one.block().is_some())
     }
 
     /// A statement of the element that is executed.

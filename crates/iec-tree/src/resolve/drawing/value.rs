@@ -240,8 +240,11 @@ impl<'d> Drawer<'_, '_, 'd> {
         false
     }
 
+    /// Whether a block that has not been executed is not executed now, either: by its number, or since generators
+    /// execute none that one with a number asks for.
     fn comes_later(&self, one: &Element) -> bool {
-        one.order.zip(self.progress.acting).is_some_and(|(own, acting)| own > acting)
+        let numbers = one.order.zip(self.progress.acting);
+        numbers.is_some_and(|(own, acting)| own > acting || self.is_generated)
     }
 
     /// Whether an output is that of a block that is not executed before it is asked for: a way leads back to it, or its
@@ -263,7 +266,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 let ways = self.ways(&one.inputs)?;
                 let way = self.joined(one.line, ways);
                 let mut value = self.operand(one)?;
-                if let Some(edge) = one.edge {
+                if let Some(edge) = self.edge_beside(one.edge, one.negated_in) {
                     let always = self.truth(true, one.line);
                     value = self.edge(one, (id, ""), edge, value, always)?;
                 }
@@ -283,7 +286,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 if !self.is_generated || one.inputs.len() < 2 {
                     return Ok(any);
                 }
-                self.progress.joins_all = true;
+                self.progress.differs_in_itself = true;
                 let always = self.truth(true, one.line);
                 let all = ways.into_iter().fold(always, |all, way| self.and(all, way));
                 self.either(any, all)
@@ -298,7 +301,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                     self.act(id)?;
                 }
                 let value = self.operand(one)?;
-                Ok(if one.negated_out { value.not() } else { value })
+                Ok(if self.obeys(one.negated_out) { value.not() } else { value })
             }
             ElementKind::Continuation(from) => self.worth((*from, "")),
             ElementKind::Block(_) => {
@@ -317,9 +320,9 @@ impl<'d> Drawer<'_, '_, 'd> {
 
     /// Refuses a block that what takes its result is executed before, by their numbers.
     fn comes_in_time(&self, one: &Element) -> Result<(), Fault> {
-        let Some(acting) = self.progress.acting else { return Ok(()) };
+        let Some(_) = self.progress.acting else { return Ok(()) };
         let why = match one.order {
-            Some(own) if own > acting => "is executed before it, by their numbers",
+            Some(_) if self.comes_later(one) => "is executed before it, by their numbers",
             Some(_) => return Ok(()),
             None => {
                 "has an executionOrderId, and it has none: which of them comes first is not clear"
@@ -380,7 +383,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             return Ok(shows);
         };
         match self.sheet.has_jumps || self.has_changed(first.held) {
-            true if self.is_generated => Ok(shows),
+            // What leads to a connector they write once, for all its continuations.
+            true if self.is_generated && !self.sheet.has_connectors => Ok(shows),
             true => self.either(first.value, shows),
             false => Ok(first.value),
         }

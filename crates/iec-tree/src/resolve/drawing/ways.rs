@@ -73,6 +73,11 @@ impl<'d> Sheet<'d> {
                 ElementKind::Coil | ElementKind::RightRail => {
                     self.ways(&one.inputs, known, visits, depth + 1)?
                 }
+                // What leads to a connector is written for each of its continuations.
+                ElementKind::Continuation(from) => {
+                    let inputs = &self.drawing.element(from).inputs;
+                    vec![vec![Part::Several(self.ways(inputs, known, visits, depth + 1)?)]]
+                }
                 _ => vec![vec![Part::One(key)]],
             };
             known.insert(key, ways.clone());

@@ -1,0 +1,336 @@
+//! Drawings as generators of text make programs of them (Beremiz, OpenPLC), where that differs from the standard; and
+//! what of a drawing is refused, since it would be left out.
+
+use crate::common::iec::xml as iec_xml;
+
+use iec_xml::{RAIL, at, block, bound, chart, coil, contact, may, moved, out, project, wired};
+
+/// A project as CODESYS writes it: drawings are executed as they are drawn.
+fn as_drawn(text: &str) -> String {
+    let data = "<addData><data name=\"http://www.3s-software.com/plcopenxml/objectid\"/></addData>";
+    text.replacen("<types>", &format!("{data}<types>"), 1)
+}
+
+/// Whether a condition may hold behind a drawing that generators make text of, and behind the same as it is drawn.
+fn either(units: &str, variables: &str, body: &str, condition: &str) -> (bool, bool) {
+    let text = as_drawn(&project(units, variables, body, condition));
+    let drawn = bound(&text).unwrap_or_else(|faults| panic!("{faults:?}\n{text}")) > 50;
+    (may(units, variables, body, condition), drawn)
+}
+
+/// Why a project is refused.
+fn refusal(text: &str) -> String {
+    bound(text).expect_err(text).join("; ")
+}
+
+fn numbered(element: &str, number: u32) -> String {
+    element.replacen("localId", &format!("executionOrderId=\"{number}\" localId"), 1)
+}
+
+/// A function block whose only output q is worked out so; b is its input.
+fn unit(code: &str) -> String {
+    format!(
+        "<pou name=\"T\" pouType=\"functionBlock\"><interface><inputVars><variable name=\"b\"><type><BOOL/></type></variable></inputVars>\
+         <outputVars><variable name=\"q\"><type><BOOL/></type></variable></outputVars></interface><body><ST><p>{code}</p></ST></body></pou>"
+    )
+}
+
+const T: &str = "typeName=\"T\" instanceName=\"t\"";
+
+#[test]
+fn generators_leave_out_the_signs_of_variables() {
+    // w holds what x was before.
+    let with = |head: &str, source: &str| {
+        let written = at(head, 4, &[(3, "")], "<expression>x</expression>");
+        format!("<FBD>{}{}{source}{written}</FBD>", wired(1, "x"), out(2, (1, ""), "w"))
+    };
+    let (plain, variables) = (wired(3, "v"), "v:BOOL w:BOOL x:BOOL");
+    let negated = plain.replace("<inVariable", "<inVariable negated=\"true\"");
+    for (body, condition) in [
+        (with("outVariable", &negated), "x = v"),
+        (with("outVariable negated=\"true\"", &plain), "x = v"),
+        (with("inOutVariable negatedIn=\"true\"", &plain), "x = v"),
+        (with("outVariable storage=\"set\"", &plain), "w AND NOT v AND NOT x"),
+        (with("outVariable storage=\"reset\"", &plain), "v AND x"),
+        (with("outVariable edge=\"falling\"", &plain), "v AND x"),
+    ] {
+        assert_eq!(either("", variables, &body, condition), (true, false), "{body}");
+    }
+    for (body, condition) in [
+        (with("outVariable", &negated), "x <> v"),
+        (with("outVariable storage=\"set\"", &plain), "w AND NOT v AND x"),
+        (with("outVariable", &plain), "x = v"),
+    ] {
+        assert_eq!(either("", variables, &body, condition), (true, true), "{body}");
+    }
+    let plain = with("outVariable", &plain);
+    assert_eq!(either("", variables, &plain, "x <> v"), (false, false));
+}
+
+#[test]
+fn generators_follow_one_sign_of_an_element() {
+    let variables = "v:BOOL w:BOOL x:BOOL t:T";
+    let with = |on_contact: &str, on_coil: &str| {
+        let last = at(&format!("coil {on_coil}"), 4, &[(3, "")], "<variable>x</variable>");
+        let (was, read) = (contact(1, "", 0, "x"), contact(3, on_contact, 0, "v"));
+        format!("<LD>{RAIL}{was}{}{read}{last}</LD>", coil(2, 1, "w"))
+    };
+    for (body, condition) in [
+        // They write NOT v, and set nothing; they look at no edge of what is negated, or sets.
+        (with("", "negated=\"true\" storage=\"set\""), "v AND w AND NOT x"),
+        (with("", "negated=\"true\" edge=\"falling\""), "v AND NOT x"),
+        (with("", "storage=\"set\" edge=\"falling\""), "v AND NOT w AND x"),
+        (with("negated=\"true\" edge=\"falling\"", ""), "v AND NOT x"),
+    ] {
+        assert_eq!(either(&unit(""), variables, &body, condition), (true, false), "{body}");
+    }
+    let pin = block(2, T, &[("b", (1, ""))], &["q"])
+        .replace("\"b\"", "\"b\" negated=\"true\" edge=\"falling\"");
+    let body = format!("<FBD>{}{pin}</FBD>", wired(1, "v"));
+    let found = either(&unit("q := b;"), variables, &body, "v AND NOT t.q");
+    assert_eq!(found, (true, false));
+}
+
+#[test]
+fn generators_look_at_the_numbers_of_blocks_and_outputs_alone() {
+    let variables = "u:BOOL v:BOOL x:BOOL t:T s:T";
+    // They execute the block first.
+    let body = format!(
+        "<LD>{RAIL}{}{}{}{}</LD>",
+        contact(1, "", 0, "u"),
+        numbered(&coil(2, 1, "v"), 1),
+        contact(3, "", 0, "v"),
+        numbered(&block(4, T, &[("b", (3, ""))], &["q"]), 2)
+    );
+    assert_eq!(either(&unit("q := b;"), variables, &body, "t.q <> v"), (true, false));
+    // They execute what an output asks for before it, but nothing that a block with a number asks for.
+    let turns = unit("IF b THEN q := NOT q; ELSE q := b; END_IF");
+    let asked = numbered(&block(4, T, &[("b", (1, ""))], &["q"]), 2);
+    let body =
+        format!("<FBD>{}{asked}{}</FBD>", wired(1, "TRUE"), numbered(&out(5, (4, "q"), "x"), 1));
+    assert_eq!(either(&turns, variables, &body, "x = t.q"), (true, false));
+    assert_eq!(either(&turns, variables, &body, "x <> t.q"), (true, true));
+    let second =
+        numbered(&block(6, "typeName=\"U\" instanceName=\"s\"", &[("b", (4, "q"))], &["q"]), 3);
+    let units = turns + &unit("q := b;").replace("\"T\"", "\"U\"");
+    let variables = variables.replace("s:T", "s:U");
+    let body = format!(
+        "<FBD>{}{asked}{second}{}</FBD>",
+        wired(1, "TRUE"),
+        numbered(&out(5, (6, "q"), "x"), 1)
+    );
+    assert_eq!(either(&units, &variables, &body, "x <> t.q AND x = s.q"), (true, false));
+}
+
+#[test]
+fn generators_take_over_eno_where_it_is_true() {
+    let variables = "e:BOOL v:BOOL w:BOOL x:BOOL t:T";
+    for (head, pin) in [("typeName=\"MOVE\"", "IN"), (T, "b")] {
+        let result = if pin == "IN" { "OUT" } else { "q" };
+        let box_of =
+            |connected: &[(&str, (u32, &str))]| block(5, head, connected, &["ENO", result]);
+        let body = |drawn: &str| {
+            format!(
+                "<FBD>{}{}{}{}{drawn}{}</FBD>",
+                wired(1, "x"),
+                out(2, (1, ""), "w"),
+                wired(3, "e"),
+                wired(4, "v"),
+                out(6, (5, "ENO"), "x")
+            )
+        };
+        let enabled = body(&box_of(&[("EN", (3, "")), (pin, (4, ""))]));
+        assert_eq!(either(&unit(""), variables, &enabled, "w AND NOT e AND x"), (true, false));
+        assert_eq!(either(&unit(""), variables, &enabled, "w AND NOT e AND NOT x"), (true, true));
+        assert_eq!(either(&unit(""), variables, &enabled, "NOT w AND NOT e AND x"), (false, false));
+    }
+}
+
+#[test]
+fn an_output_is_negated_however_its_name_is_written() {
+    let drawn = |output: &str| {
+        let drawn = block(2, T, &[("b", (1, ""))], &["!Q"]);
+        format!("<FBD>{}{drawn}{}</FBD>", wired(1, "v"), out(3, (2, output), "x"))
+    };
+    for output in ["q", "Q"] {
+        let (body, variables) = (drawn(output), "v:BOOL x:BOOL t:T");
+        assert_eq!(either(&unit("q := b;"), variables, &body, "x = v"), (false, false));
+    }
+}
+
+#[test]
+fn outputs_that_generators_may_take_for_others_are_refused() {
+    let variables = "v:BOOL w:BOOL x:BOOL t:T";
+    let text = |head: &str, pins: &[(&str, (u32, &str))], outputs: &[&str], taken: &str| {
+        let drawn = block(3, head, pins, outputs);
+        let ends = out(4, (3, taken), "x").replace(" formalParameter=\"\"", "");
+        let body = format!("<FBD>{}{}{drawn}{ends}</FBD>", wired(1, "v"), wired(2, "w"));
+        let function =
+            unit("q := b;").replace("functionBlock", "function").replace("\"T\"", "\"F\"");
+        let function =
+            function.replace("<interface>", "<interface><returnType><BOOL/></returnType>");
+        project(&(unit("q := b;") + &function), variables, &body, "TRUE")
+    };
+    // Which output leads on is not said.
+    let two = text(T, &[("b", (1, ""))], &["ENO", "q"], "");
+    assert!(refusal(&two).contains("which output of block with localId 3"));
+    assert!(bound(&as_drawn(&two)).is_ok());
+    assert!(bound(&text(T, &[("b", (1, ""))], &["q"], "")).is_ok());
+    // ENO alone is given the result.
+    let alone = text("typeName=\"MOVE\"", &[("EN", (1, "")), ("IN", (2, ""))], &["ENO"], "ENO");
+    assert!(refusal(&alone).contains("only ENO is drawn"));
+    assert!(bound(&as_drawn(&alone)).is_ok());
+    // The first output is given the result.
+    let of = "typeName=\"F\"";
+    for outputs in [&["q"][..], &["q", "F"]] {
+        let told = refusal(&text(of, &[("b", (1, ""))], outputs, "q"));
+        assert!(told.contains("is not its result"), "{told}");
+    }
+    assert!(bound(&text(of, &[("b", (1, ""))], &["F", "q"], "q")).is_ok());
+}
+
+#[test]
+fn rows_are_those_of_coils_and_blocks_alone() {
+    // A contact stands above both coils, which are one row: the one on the left comes first, for older generators.
+    let drawn = |second: (u32, u32)| {
+        let first = coil(1, 0, "v").replace("<coil", "<coil storage=\"reset\"");
+        format!(
+            "<LD>{RAIL}{}{}{}</LD>",
+            moved(&first, 100, 8),
+            moved(&contact(2, "", 0, "v"), 5, 0),
+            moved(&coil(3, 2, "x"), second.0, second.1)
+        )
+    };
+    let variables = "v:BOOL x:BOOL";
+    assert_eq!(either("", variables, &drawn((50, 14)), "x"), (true, false));
+    assert_eq!(either("", variables, &drawn((50, 18)), "x"), (false, false));
+}
+
+#[test]
+fn elements_between_rows_are_refused_where_their_order_matters() {
+    let drawn = |middle: &str, height: u32| {
+        let body = format!(
+            "<LD>{RAIL}{}{}{}{}</LD>",
+            moved(&coil(1, 0, "u"), 0, 0),
+            moved(&coil(2, 0, middle), 100, 8),
+            moved(&contact(3, "", 0, "v"), 5, 300),
+            moved(&coil(4, 3, "x"), 50, height)
+        );
+        project("", "u:BOOL v:BOOL w:BOOL x:BOOL", &body, "x")
+    };
+    let told = refusal(&drawn("v", 16));
+    assert!(
+        told.contains("coil with localId 2: whether it comes before coil with localId 4"),
+        "{told}"
+    );
+    // Nothing of the one is read by the other, or the rows are apart; a tool that executes the drawing itself sorts
+    // nothing.
+    assert!(bound(&drawn("w", 16)).is_ok());
+    assert!(bound(&drawn("v", 18)).is_ok());
+    assert!(bound(&as_drawn(&drawn("v", 16))).is_ok());
+}
+
+#[test]
+fn what_says_twice_which_element_comes_first_is_refused() {
+    let drawn = |number: u32| {
+        let coils = numbered(&coil(1, 0, "x"), 1) + &numbered(&coil(2, 0, "v"), number);
+        project("", "v:BOOL x:BOOL", &format!("<LD>{RAIL}{coils}</LD>"), "TRUE")
+    };
+    assert!(refusal(&drawn(1)).contains("another element has its executionOrderId"));
+    assert!(bound(&drawn(2)).is_ok());
+    for place in ["x=\"1\" y=\"1e2\"", "x=\"1\"", "x=\"\" y=\"2\""] {
+        let text = drawn(2).replace("x=\"1\" y=\"0\"", place);
+        assert!(refusal(&text).contains("its position is no pair of numbers"));
+    }
+}
+
+#[test]
+fn signs_that_are_not_followed_are_refused() {
+    let variables = "v:BOOL x:BOOL t:T";
+    let row = |more: &str, of: &str| {
+        let (read, written) = (contact(1, "", 0, "v"), coil(2, 1, "x"));
+        let (front, back) = (wired(3, "v"), out(4, (3, ""), "x"));
+        let both = out(5, (3, ""), "x").replace("outVariable", "inOutVariable");
+        let called = block(6, T, &[("b", (3, ""))], &["q"]);
+        let all = read + &written + &front + &back + &both + &called;
+        let all = all.replacen(&format!("<{of}"), &format!("<{of} {more}"), 1);
+        project(&unit(""), variables, &format!("<LD>{RAIL}{all}</LD>"), "TRUE")
+    };
+    for (more, of) in [
+        ("negatedOut=\"true\"", "contact"),
+        ("negatedIn=\"1\"", "contact"),
+        ("negatedOut=\"true\"", "coil"),
+        ("negatedIn=\"true\"", "inVariable"),
+        ("negatedOut=\"true\"", "outVariable"),
+        ("negated=\"true\"", "inOutVariable"),
+        ("edgeIn=\"rising\"", "inOutVariable"),
+        ("edgeOut=\"falling\"", "inOutVariable"),
+        ("storageIn=\"set\"", "inOutVariable"),
+        ("storageOut=\"reset\"", "inOutVariable"),
+        ("negatedIn=\"true\"", "variable formalParameter=\"b\""),
+    ] {
+        let told = refusal(&row(more, of));
+        let name = more.split('=').next().unwrap_or_default();
+        assert!(told.contains(&format!("{name} is not followed")), "{told}");
+    }
+    assert!(bound(&row("edgeIn=\"none\" negatedIn=\"false\"", "inOutVariable")).is_ok());
+}
+
+#[test]
+fn signs_in_drawn_conditions_are_refused_where_generators_leave_them_out() {
+    let told = |source: &str, negated: &str| {
+        let value = "<connectionPointIn><connection refLocalId=\"14\"/></connectionPointIn>";
+        let body = chart(&[], value).replace("<condition>", &format!("<condition{negated}>"));
+        let body = body.replace("</SFC>", &format!("<leftPowerRail localId=\"0\"/>{source}</SFC>"));
+        project("", "v:BOOL x:BOOL", &body.replace("<actionBlock", "<actionBlock"), "TRUE")
+    };
+    let plain = wired(14, "v");
+    let text = told(&plain, "");
+    assert!(bound(&text).is_ok(), "{:?}", bound(&text));
+    let negated = plain.replace("<inVariable", "<inVariable negated=\"true\"");
+    let edge = contact(14, "negated=\"true\" edge=\"rising\"", 0, "v");
+    for text in [told(&negated, ""), told(&edge, "")] {
+        let told = refusal(&text);
+        assert!(told.contains("leave a sign of it out"), "{told}");
+    }
+    assert!(bound(&as_drawn(&told(&negated, ""))).is_ok());
+    let whole = told(&plain, " negated=\"true\"");
+    assert!(refusal(&whole).contains("leave out that its condition is negated"));
+    assert!(bound(&as_drawn(&whole)).is_ok());
+}
+
+#[test]
+fn connectors_of_one_unit_have_names_of_their_own() {
+    let drawn = |name: &str| {
+        let row = |id: u32, name: &str| {
+            let ends = at(&format!("connector name=\"{name}\""), id, &[(0, "")], "");
+            format!("<LD>{RAIL}{ends}</LD>")
+        };
+        let action =
+            format!("<actions><action name=\"A\"><body>{}</body></action></actions>", row(1, "k"));
+        let text = project("", "x:BOOL", &row(2, name), "TRUE");
+        text.replacen("<interface/>", &format!("<interface/>{action}"), 1)
+    };
+    assert!(refusal(&drawn("k")).contains("another connector of the unit is called k"));
+    assert!(bound(&drawn("l")).is_ok());
+    assert!(bound(&as_drawn(&drawn("k"))).is_ok());
+}
+
+#[test]
+fn no_program_is_left_out_for_want_of_a_name_or_a_kind() {
+    let text = project("", "x:BOOL", "<ST><p>;</p></ST>", "TRUE");
+    let task = |instances: &str| {
+        let task = format!(
+            "<resource name=\"r\"><task name=\"k\" priority=\"1\" interval=\"PT0.1S\">{instances}</task>"
+        );
+        text.replacen("<resource name=\"r\">", &task, 1)
+    };
+    let named = task(
+        "<pouInstance name=\"m\" typeName=\"main\"/><pouInstance name=\"b\" typeName=\"behind\"/>",
+    );
+    let found = bound(&named).expect("a bound");
+    assert!(found > 50);
+    assert_eq!(bound(&named.replace("name=\"b\" ", "")).expect("a bound"), found);
+    let kind = text.replacen("pouType=\"program\"", "pouType=\"Program\"", 1);
+    assert!(refusal(&kind).contains("the pouType Program is not known"));
+}
