@@ -3,6 +3,8 @@
 
 use crate::common::iec::xml as iec_xml;
 
+use scanbound::base::facts::Facts;
+
 use iec_xml::{RAIL, at, block, bound, chart, coil, contact, may, moved, out, project, wired};
 
 /// A project as CODESYS writes it: drawings are executed as they are drawn.
@@ -297,6 +299,84 @@ fn signs_in_drawn_conditions_are_refused_where_generators_leave_them_out() {
     let whole = told(&plain, " negated=\"true\"");
     assert!(refusal(&whole).contains("leave out that its condition is negated"));
     assert!(bound(&as_drawn(&whole)).is_ok());
+}
+
+/// A function block with a chart of two steps in turn, whose conditions are what these outputs give; what is drawn
+/// beside it, and its variables.
+fn turning(drawn: &str, variables: &str, outputs: [(u32, &str); 2]) -> String {
+    let variable = |(name, of): (&str, &str)| {
+        format!("<variable name=\"{name}\"><type><derived name=\"{of}\"/></type></variable>")
+    };
+    let variables: String =
+        variables.split_whitespace().filter_map(|one| one.split_once(':')).map(variable).collect();
+    let transition = |id: u32, from: u32, (of, output): (u32, &str)| {
+        let value = format!("<connection refLocalId=\"{of}\" formalParameter=\"{output}\"/>");
+        let value =
+            format!("<condition><connectionPointIn>{value}</connectionPointIn></condition>");
+        at("transition", id, &[(from, "")], &value)
+    };
+    format!(
+        "<pou name=\"F\" pouType=\"functionBlock\"><interface><localVars>{variables}</localVars></interface><body><SFC>{}{}{}{}{drawn}</SFC></body></pou>",
+        at("step name=\"s\" initialStep=\"true\"", 1, &[(4, "")], ""),
+        at("step name=\"u\"", 3, &[(2, "")], ""),
+        transition(2, 1, outputs[0]),
+        transition(4, 3, outputs[1])
+    )
+}
+
+/// A project with these units, in which f of F is called, and a condition is asked for before and behind that, by the
+/// fact that conditions read what the scan before has left.
+fn turned(
+    units: &str,
+    variables: &str,
+    (before, condition): (&str, &str),
+) -> Result<bool, Vec<String>> {
+    let call = format!("<ST><p>{before} f();</p></ST>");
+    let text = project(units, &format!("f:F {variables}"), &call, condition);
+    let facts = Facts { drawn_last_scan: true, ..Facts::default() };
+    iec_xml::bound_by(&text, "ST", &facts).map(|found| found > 50)
+}
+
+#[test]
+fn a_block_that_two_conditions_use_is_executed_once() {
+    let counts = unit("q := b; n := n + 1;")
+        .replace("<outputVars>", "<outputVars><variable name=\"n\"><type><INT/></type></variable>");
+    let shared = wired(5, "TRUE") + &block(6, T, &[("b", (5, ""))], &["q"]);
+    let chart = counts.clone() + &turning(&shared, "t:T", [(6, "q"), (6, "q")]);
+    let asked = |count: u32| {
+        let condition = format!("k > 0 AND k < 100 AND f.t.n = k + {count}");
+        turned(&chart, "k:INT", ("k := f.t.n;", &condition)).expect("a bound")
+    };
+    assert!(asked(1) && !asked(2));
+    // A block for each of them, of one instance: which comes first is not known.
+    let apart = shared + &block(7, T, &[("b", (5, ""))], &["q"]);
+    let chart = counts.clone() + &turning(&apart, "t:T", [(6, "q"), (7, "q")]);
+    let told = turned(&chart, "k:INT", ("", "TRUE")).expect_err("a refusal").join("; ");
+    assert!(told.contains("which of them comes first is not known"), "{told}");
+    // Blocks that write nothing but what is their own may come in any order.
+    let edge = |id: u32, of: &str| {
+        let head = format!("typeName=\"R_TRIG\" instanceName=\"{of}\"");
+        block(id, &head, &[("CLK", (5, ""))], &["Q"])
+    };
+    let apart = wired(5, "TRUE") + &edge(6, "r") + &edge(7, "t");
+    let chart = turning(&apart, "r:R_TRIG t:R_TRIG", [(6, "Q"), (7, "Q")]);
+    assert!(turned(&chart, "k:INT", ("", "TRUE")).is_ok());
+}
+
+#[test]
+fn what_leads_to_a_connector_is_charged_for_each_of_its_continuations() {
+    let continuation = |id: u32| at("continuation name=\"k\"", id, &[], "");
+    let drawn = |ends: &[(u32, &str)]| {
+        let row = contact(1, "", 0, "v") + &contact(2, "", 1, "w");
+        let connector = at("connector name=\"k\"", 3, &[(2, "")], "");
+        let ends = at("coil", 6, ends, "<variable>x</variable>");
+        let body =
+            format!("<LD>{RAIL}{row}{connector}{}{}{ends}</LD>", continuation(4), continuation(5));
+        let text = project("", "v:BOOL w:BOOL x:BOOL", &body, "TRUE");
+        iec_xml::bound_of(&text, "LD").expect("a bound")
+    };
+    let (one, two) = (drawn(&[(4, "")]), drawn(&[(4, ""), (5, "")]));
+    assert!(two >= one + 2, "{one} {two}");
 }
 
 #[test]

@@ -15,17 +15,17 @@ pub struct Drawing {
     pub elements: Vec<Element>,
     /// Whether the controller's tool executes the drawing itself (CODESYS, TwinCAT) and does not generate text from it.
     pub is_executed_as_drawn: bool,
-    /// What of it is executed, of a condition's drawing; all, if nothing is said.
+    /// What of it is executed, of the drawing of conditions; all, if nothing is said.
     pub goal: Option<Goal>,
 }
 
-/// What a condition is drawn with.
+/// What conditions are drawn with.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Goal {
-    /// The condition, by a name of its own within the unit.
+    /// Where they are drawn, by a name of its own within the unit; none, for the unit's body.
     pub part: String,
-    /// What leads to it.
-    pub from: Vec<Connection>,
+    /// What leads to each of them.
+    pub from: Vec<Vec<Connection>>,
 }
 
 /// An element.

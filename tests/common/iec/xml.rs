@@ -15,6 +15,11 @@ pub fn bound(text: &str) -> Result<u64, Vec<String>> {
 
 /// The same where this takes one, and nothing else anything.
 pub fn bound_of(text: &str, row: &str) -> Result<u64, Vec<String>> {
+    bound_by(text, row, &Facts::default())
+}
+
+/// The same by what is stated.
+pub fn bound_by(text: &str, row: &str, facts: &Facts) -> Result<u64, Vec<String>> {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         rows += &format!("@{class},0,0\n");
@@ -23,9 +28,8 @@ pub fn bound_of(text: &str, row: &str) -> Result<u64, Vec<String>> {
     let table =
         Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table;
     let inputs = [Input { name: "main.xml".to_owned(), bytes: text.as_bytes().to_vec() }];
-    let facts = Facts::default();
     let request =
-        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, &facts) };
+        Request { table: Some(&table), trust: Trust::None, ..Request::new(&inputs, facts) };
     match audit(&request) {
         Ok(found) => Ok(found.bound.upper.0.div_ceil(Picos(1_000_000).0)),
         Err(Failure::Input(faults)) => Err(faults.into_iter().map(|fault| fault.message).collect()),

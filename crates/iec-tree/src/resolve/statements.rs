@@ -60,8 +60,14 @@ impl Resolver<'_> {
         let mut found = match body {
             Body::Code(_, all) => self.statements(scope, all, &mut labels),
             Body::Drawn(_, all) => {
-                let all = all.iter().flat_map(|one| self.drawn(scope, one, &mut labels));
-                all.collect()
+                let all: Vec<_> =
+                    all.iter().map(|one| self.drawn(scope, one, &mut labels)).collect();
+                let apart = self.drawings_are_apart(&all, line);
+                let fault = apart.err().map(|fault| {
+                    let kind = StatementKind::Fault(Box::new(fault));
+                    Statement { kind, text: "".into(), line }
+                });
+                fault.into_iter().chain(all.into_iter().flatten()).collect()
             }
             Body::Chart(_) | Body::Unread(..) => Vec::new(),
         };

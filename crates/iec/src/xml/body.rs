@@ -479,8 +479,7 @@ fn condition<'a, 'i>(
         if from.is_empty() {
             return Err(text.fault(node, format!("{}: its condition is empty", called(node))));
         }
-        let own = format!("t{}", node.attribute("localId").unwrap_or_default());
-        reading.apart(&own, |reading| drawn(reading, body, node, &from))?
+        drawn(reading, body, node, &from)?
     };
     match own.attribute("negated") {
         None | Some("false" | "0") => Ok(value),

@@ -4,7 +4,7 @@
 use super::drawn::drawing;
 use super::reading::Reading;
 use crate::ast::{Argument, Expr, Held};
-use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given, Goal};
+use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;
@@ -114,7 +114,7 @@ fn value(
     }
     if walk.acts {
         let part = reading.part.clone();
-        reading.compute(Drawing { goal: Some(Goal { part, from }), ..drawing.clone() });
+        reading.compute(part, from, drawing);
     }
     Ok((value, reached))
 }

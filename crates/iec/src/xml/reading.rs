@@ -2,7 +2,7 @@
 
 use super::node::{Text, elements};
 use crate::chart::COMPUTED;
-use crate::drawing::Drawing;
+use crate::drawing::{Connection, Drawing, Goal};
 use crate::fault::Fault;
 use crate::{Body, Language, Named, Pou, same};
 use roxmltree::Node;
@@ -51,12 +51,24 @@ impl<'t, 'p> Reading<'t, 'p> {
         self.faults.push(fault);
     }
 
-    /// Adds to what the action of drawn conditions carries out.
-    pub(super) fn compute(&mut self, drawing: Drawing) {
+    /// Adds what leads to a condition to what the action of drawn conditions carries out: what several conditions of a
+    /// drawing have in common is executed once.
+    pub(super) fn compute(&mut self, part: String, from: Vec<Connection>, drawing: &Drawing) {
         let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
-        match own.map(|one| &mut one.body) {
-            Some(Body::Drawn(_, all)) => all.push(drawing),
-            _ => {
+        let mut all = match own.map(|one| &mut one.body) {
+            Some(Body::Drawn(_, all)) => Some(all),
+            _ => None,
+        };
+        let mut goals =
+            all.iter_mut().flat_map(|all| all.iter_mut().filter_map(|one| one.goal.as_mut()));
+        if let Some(goal) = goals.find(|goal| goal.part == part) {
+            goal.from.push(from);
+            return;
+        }
+        let drawing = Drawing { goal: Some(Goal { part, from: vec![from] }), ..drawing.clone() };
+        match all {
+            Some(all) => all.push(drawing),
+            None => {
                 let body = Body::Drawn(Language::Fbd, vec![drawing]);
                 self.pou.actions.push(Named { name: COMPUTED.to_owned(), body, line: 0 });
             }

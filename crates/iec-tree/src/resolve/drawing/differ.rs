@@ -3,6 +3,7 @@
 use super::super::resolver::Resolver;
 use super::state::{Progress, Sheet};
 use super::touched::{Cell, Touched};
+use crate::tree::Statement;
 use scanbound_base::code::Code;
 use scanbound_iec::drawing::ElementId;
 use scanbound_iec::fault::Fault;
@@ -73,6 +74,47 @@ impl Resolver<'_> {
         })
     }
 
+    /// Refuses conditions whose blocks do something else where others of them come first: generators have an order of
+    /// their own.
+    pub(super) fn goals_are_apart(
+        &self,
+        sheet: &Sheet<'_>,
+        known: &Progress<'_>,
+    ) -> Result<(), Fault> {
+        for (at, one) in known.all.iter().enumerate() {
+            let asks_for = sheet.blocks_before(one.owner);
+            let others = known.all[..at]
+                .iter()
+                .filter(|other| other.owner != one.owner && !asks_for.contains(&other.owner));
+            if { others }.any(|other| self.meet(&one.touched, &other.touched)) {
+                return Err(several_conditions(one.statement.line));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it matters which of two comes first.
+    fn meet(&self, one: &Touched, other: &Touched) -> bool {
+        self.may_change(one, other) || self.may_change(other, one)
+    }
+
+    /// The same of conditions in drawings of their own, by what is executed for them.
+    pub(in super::super) fn drawings_are_apart(
+        &self,
+        all: &[Vec<Statement>],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let touched: Vec<Touched> = all.iter().map(|one| self.touched(one)).collect();
+        let mut pairs = touched
+            .iter()
+            .enumerate()
+            .flat_map(|(at, one)| touched[..at].iter().map(move |two| (one, two)));
+        match pairs.any(|(one, other)| self.meet(one, other)) {
+            true => Err(several_conditions(line)),
+            false => Ok(()),
+        }
+    }
+
     /// Refuses a drawing in which it matters how generators sort elements whose rows are not clear.
     pub(super) fn rows_are_clear(
         &self,
@@ -85,19 +127,16 @@ impl Resolver<'_> {
             let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
             let mut open = own;
             while let Some(id) = open.pop() {
-                if !before.contains_key(&id) {
+                before.entry(id).or_insert_with(|| {
                     let blocks = sheet.blocks_before(id);
                     open.extend(&blocks);
-                    before.insert(id, blocks);
-                }
+                    blocks
+                });
             }
             let meets = |one: &ElementId, other: &ElementId| {
                 let is_fixed = before[one].contains(other) != before[other].contains(one);
                 let all = |id| touched.get(id).into_iter().flatten();
-                let changes = |one: &Touched, other: &Touched| {
-                    self.may_change(one, other) || self.may_change(other, one)
-                };
-                !is_fixed && all(one).any(|one| all(other).any(|other| changes(one, other)))
+                !is_fixed && all(one).any(|one| all(other).any(|other| self.meet(one, other)))
             };
             let pairs = before
                 .keys()
@@ -116,6 +155,13 @@ impl Resolver<'_> {
         }
         Ok(())
     }
+}
+
+/// The fault of conditions whose order matters.
+fn several_conditions(line: u32) -> Fault {
+    let what = "a block that a condition is drawn with writes what one of another condition reads or writes: which of them comes first is not known";
+    let help = "execute one of the blocks in an action, and use what it puts out";
+    Fault::new(line, what).code(Code::NotModelled).help(help)
 }
 
 impl Progress<'_> {

@@ -86,7 +86,7 @@ impl Resolver<'_> {
         Ok(all.reduce(either).map(|(_, statements)| statements).unwrap_or_default())
     }
 
-    /// What the blocks of a condition do.
+    /// What the blocks of conditions do.
     fn of_condition<'d>(
         &mut self,
         sheet: &Sheet<'d>,
@@ -96,10 +96,19 @@ impl Resolver<'_> {
         let mut hidden = Hidden::default();
         let loops = Loops::default();
         let mut drawer = Drawer::new(self, sheet, &mut hidden, labels, (loops, false));
-        if let Some(first) = sheet.drawing.elements.first() {
-            drawer.used(first, &goal.from)?;
+        // Edges in front of no block belong to the conditions.
+        let mut others = sheet.drawing.all().filter(|(_, one)| one.block().is_none());
+        if let Some((id, first)) = others.next().or(sheet.drawing.all().next()) {
+            drawer.progress.owner = id;
+            for from in &goal.from {
+                drawer.used(first, from)?;
+            }
         }
-        Ok(drawer.progress.all.into_iter().map(|one| one.statement).collect())
+        let progress = drawer.progress;
+        if goal.from.len() > 1 {
+            self.goals_are_apart(sheet, &progress)?;
+        }
+        Ok(progress.all.into_iter().map(|one| one.statement).collect())
     }
 
     fn in_order<'d>(

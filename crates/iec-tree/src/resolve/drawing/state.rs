@@ -255,7 +255,8 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         }
         self.hidden.is_stale |= self.hidden.temporaries.contains_key(&key);
         let goal = self.sheet.drawing.goal.as_ref();
-        let part = goal.map_or(String::new(), |goal| format!(" in {}", goal.part));
+        let part = goal.filter(|goal| !goal.part.is_empty());
+        let part = part.map_or(String::new(), |goal| format!(" in {}", goal.part));
         let line = self.element(key.1.0).line;
         let name = format!("{}{part}, line {line}", self.display_name(key));
         let id = self.resolver.hidden_variable(self.sheet.scope, name, ty);
