@@ -326,8 +326,11 @@ impl Draw<'_> {
         }
         for _ in 0..1 + self.dice.below(2) {
             if !pins.is_empty() {
-                let what =
-                    What::Out(self.dice.one(BITS), self.dice.chance(20), vec![self.dice.one(&pins)]);
+                let what = What::Out(
+                    self.dice.one(BITS),
+                    self.dice.chance(20),
+                    vec![self.dice.one(&pins)],
+                );
                 self.to.add(what);
             }
         }
