@@ -3,7 +3,7 @@
 
 use crate::common::iec::xml as iec_xml;
 
-use scanbound::base::facts::Facts;
+use scanbound::base::facts::{ActionOrder, Facts};
 
 use iec_xml::{RAIL, at, block, bound, chart, coil, contact, may, moved, out, project, wired};
 
@@ -361,6 +361,31 @@ fn a_block_that_two_conditions_use_is_executed_once() {
     let apart = wired(5, "TRUE") + &edge(6, "r") + &edge(7, "t");
     let chart = turning(&apart, "r:R_TRIG t:R_TRIG", [(6, "Q"), (7, "Q")]);
     assert!(turned(&chart, "k:INT", ("", "TRUE")).is_ok());
+}
+
+#[test]
+fn generators_declare_actions_as_they_come_to_them() {
+    let asked = |named: [&str; 2], condition: &str| {
+        let action = |name: &str, code: &str| {
+            format!("<action name=\"{name}\"><body><ST><p>{code}</p></ST></body></action>")
+        };
+        let actions = action("Reads", "x := v;") + &action("Writes", "v := TRUE;");
+        let blocks = named
+            .map(|name| format!("<action qualifier=\"N\"><reference name=\"{name}\"/></action>"));
+        let step = at("step name=\"s\" initialStep=\"true\"", 1, &[], "");
+        let chart = step + &at("actionBlock", 2, &[(1, "")], &blocks.concat());
+        let unit = format!(
+            "<pou name=\"F\" pouType=\"functionBlock\"><interface/><actions>{actions}</actions><body><SFC>{chart}</SFC></body></pou>"
+        );
+        let call = "<ST><p>v := FALSE; f();</p></ST>";
+        let text = project(&unit, "f:F v:BOOL x:BOOL", call, condition);
+        let facts = Facts { action_order: Some(ActionOrder::Declared), ..Facts::default() };
+        iec_xml::bound_by(&text, "ST", &facts).expect("a bound") > 50
+    };
+    // As the step names them, which is not the order of the file.
+    assert!(asked(["Writes", "Reads"], "x"));
+    assert!(asked(["Reads", "Writes"], "NOT x"));
+    assert!(!asked(["Reads", "Writes"], "x"));
 }
 
 #[test]

@@ -77,7 +77,8 @@ impl Cells {
 
 /// The orders in which so many actions of a chart may be carried out.
 pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
-    let Orders { declared, alphabetical } = orders;
+    let Orders { declared, declared_is_clear, alphabetical } = orders;
+    let stated = stated.filter(|one| *one != ActionOrder::Declared || *declared_is_clear);
     let named: Vec<usize> = (0..declared.len()).collect();
     let round = |order: &[usize], ended, of| Round { order: order.to_vec(), ended, of };
     let all = ActionOrder::ALL.into_iter().filter(|&one| stated.is_none_or(|own| own == one));

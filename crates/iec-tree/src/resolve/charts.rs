@@ -31,7 +31,42 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     };
     let mut declared: Vec<usize> = (0..names.len()).collect();
     declared.sort_by_key(rank);
-    Orders { declared, alphabetical }
+    if chart.span.is_none() {
+        return Orders { declared, alphabetical, declared_is_clear: true };
+    }
+    let mut generated = as_generated(chart, &names);
+    generated.sort_by_key(|at| rank(at).0);
+    let branches =
+        |step: usize| chart.transitions.iter().filter(|one| one.from.contains(&step)).count() > 1;
+    let is_clear = generated == declared
+        && !(0..chart.steps.len()).any(branches)
+        && chart.transitions.iter().all(|one| one.to.len() < 2);
+    Orders { declared: generated, alphabetical, declared_is_clear: is_clear }
+}
+
+/// The actions of a chart that is drawn, in the order in which generators declare them in text: as they come to them on
+/// the way from step to step.
+fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
+    let mut seen = vec![false; chart.steps.len()];
+    let mut open: Vec<usize> =
+        (0..chart.steps.len()).filter(|&at| chart.steps[at].initial).collect();
+    open.reverse();
+    let mut found = Vec::new();
+    while let Some(step) = open.pop() {
+        if std::mem::replace(&mut seen[step], true) {
+            continue;
+        }
+        let own = chart.steps[step].blocks.iter().map(|block| block.target.name());
+        let own = own.filter_map(|own| names.iter().position(|name| same(name, &own)));
+        found.extend(own);
+        let ways = chart.transitions.iter().filter(|one| one.from.contains(&step));
+        let behind: Vec<usize> = ways.flat_map(|one| one.to.iter().copied()).collect();
+        open.extend(behind.into_iter().rev());
+    }
+    let mut known = vec![false; names.len()];
+    found.extend(0..names.len());
+    found.retain(|&at| !std::mem::replace(&mut known[at], true));
+    found
 }
 
 impl Resolver<'_> {
