@@ -158,6 +158,9 @@ fn en_and_eno_of_functions_are_seen_where_orders_differ() {
     ] {
         assert_eq!(bound(&format!("{body} THEN {PROBE} END_IF;")), Ok(1), "{body}");
     }
+    for body in ["ks[0].act(EN := x);", "ks[i].act(ENO => x);"] {
+        refused(body, "EN and ENO of an action");
+    }
     for body in
         ["o(p := FALSE, w := ADD(EN := o.p, IN1 := 5, IN2 := 5));", "o(EN := o.p, p := TRUE);"]
     {

@@ -282,6 +282,13 @@ impl Lower<'_> {
         if self.called_through(at, call, false, line)?.is_some() {
             return Ok(());
         }
+        if let Target::Action(..) | Target::BaseBody(_) | Target::Program(..) = &call.target
+            && call.enable.is_given()
+        {
+            let told = "EN and ENO of an action, of a program or of SUPER^ are not followed";
+            let help = "call it within IF";
+            return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
+        }
         let retargeted = |target: Target| Call { target, ..call.clone() };
         match &call.target {
             Target::Function(_) | Target::Method(..) | Target::BaseMethod(_) => {
