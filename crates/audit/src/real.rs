@@ -46,8 +46,8 @@ pub struct RunResults {
     pub knowledge: Knowledge,
     /// The stated facts that real runs violate.
     pub violations: Violations,
-    /// Whether it is undecided that a scan starts as the longest real run does. Unless a run from power-up leads to it, no
-    /// lower bound may rest on it.
+    /// Whether it is undecided that a scan starts as the longest real run does. Unless a run from power-up leads to it,
+    /// no lower bound may rest on it.
     pub is_start_undecided: bool,
 }
 

@@ -270,14 +270,16 @@ pub fn until_set(program: &Program, times: &[Times], around: Picos) -> Option<Pi
     found
 }
 
-/// Whether the first scan certainly executes one of these instructions, and it fires, before any jump or call.
+/// Whether each scan in which the bits `on` are on certainly executes one of these instructions, and it fires, before
+/// any jump or call.
 pub fn surely_sets(
     program: &Program,
     times: &[Times],
+    on: &[Cell],
     settings: &BTreeMap<usize, Setting>,
 ) -> bool {
     let mut is_set = false;
-    follow_beginning(program, times, &program.power_up.first_scan, |at, _| {
+    follow_beginning(program, times, on, |at, _| {
         is_set |= settings.contains_key(&at);
         !is_set
     });

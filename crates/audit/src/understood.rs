@@ -9,6 +9,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::{Part, StatedFactor};
 use scanbound_front::{MachineOptions, Options, Project, stopped};
 use scanbound_ir::Program;
+use scanbound_passes::values::Trust;
 use scanbound_timing::table::{Evidence, Factor, StatedClock, Table};
 use std::collections::BTreeSet;
 
@@ -66,6 +67,9 @@ pub fn state(
     request: &Request<'_>,
 ) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let facts = request.facts;
+    if request.trusted() == Trust::None {
+        program.scan_control.distrust_indices();
+    }
     let mut faults = Vec::new();
     let mut collect =
         |check: Result<(), Vec<Diagnostic>>| faults.extend(check.err().into_iter().flatten());

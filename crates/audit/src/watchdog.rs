@@ -324,8 +324,13 @@ impl ScanControlAnalysis<'_> {
         let known: Vec<Option<Picos>> =
             known.map(|setting| setting.range().map(|range| range.1)).collect();
         // Where the program sets the time only under a condition, something else may set it, too.
+        let first: &[Cell] = match self.trust {
+            Trust::None => &[],
+            Trust::Counts | Trust::All => &self.program.power_up.first_scan,
+        };
+        let times = self.prices.times();
         let is_own = self.trust == Trust::All
-            || stretch::surely_sets(self.program, &self.prices.times(), &control.constant);
+            || stretch::surely_sets(self.program, &times, first, &control.constant);
         let is_open = known.is_empty() || known.contains(&None) || !is_own;
         let is_unknown = may_be && is_open && stated.is_none();
         let upper = known.into_iter().flatten().chain(stated).max();

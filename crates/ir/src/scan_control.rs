@@ -19,6 +19,9 @@ pub struct ScanControl {
     pub constant: BTreeMap<usize, Setting>,
     /// Instructions that switch the constant scan on or off.
     pub switches: BTreeMap<usize, Switch>,
+    /// Instructions that write these devices only if an index register holds a value that the program does not write to
+    /// it: how they then change the relay, `None` for instructions that write words.
+    pub by_index: BTreeMap<usize, Option<Switch>>,
     /// Three devices: the register of the watchdog time, the register of the constant scan time, and the relay that
     /// enables the constant scan. Empty if the CPU has none.
     pub devices: [&'static str; 3],
@@ -68,6 +71,19 @@ pub enum Switch {
 }
 
 impl ScanControl {
+    /// Lets index registers hold any values when a scan starts.
+    pub fn distrust_indices(&mut self) {
+        for (at, switch) in std::mem::take(&mut self.by_index) {
+            match switch {
+                Some(switch) => _ = self.switches.entry(at).or_insert(switch),
+                None => {
+                    self.watchdog.entry(at).or_insert(Setting::Possible);
+                    self.constant.entry(at).or_insert(Setting::Possible);
+                }
+            }
+        }
+    }
+
     /// Whether an execution of an instruction counts as fired if it is unknown whether it fired. Restarts and
     /// extensions of the watchdog count as fired; settings of times and switches count as not fired; for all others the
     /// result is `value`, what the scan found.

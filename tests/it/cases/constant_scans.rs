@@ -149,6 +149,27 @@ fn every_constant_scan_that_may_be_switched_on_counts() {
 }
 
 #[test]
+fn nothing_that_others_may_write_sets_the_constant_scan_if_nobody_is_trusted() {
+    let first = "LD M8000\nOUT M8039\nLD M8002\nMOV K5 D8039\nEND\n";
+    let always = "LD M8000\nOUT M8039\nMOV K5 D8039\nEND\n";
+    let indexed = always.replace("END", "MOV K50 D1039Z0\nEND");
+    for (name, program, facts, by_counts, by_none) in [
+        ("first", first, "", "proved", "undecided"),
+        ("always", always, "", "proved", "proved"),
+        ("index", &indexed, "", "proved", "undecided"),
+        ("index-stated", &indexed, "[index]\nZ0 = [0, 9]\n", "proved", "proved"),
+        ("relay", "LD M8000\nOUT M10Z0\nEND\n", "", "proved", "undecided"),
+        ("relay-off", "LD M8000\nRST M10Z0\nEND\n", "", "proved", "proved"),
+    ] {
+        for (trust, wanted) in [("counts", by_counts), ("none", by_none)] {
+            let arguments = format!("--cpu FX3U --limit 10ms --trust {trust}");
+            let (verdict, report) = check(&format!("trust-{name}"), program, facts, &arguments);
+            assert_eq!(verdict, wanted, "{name} {trust} {}", report["check"]);
+        }
+    }
+}
+
+#[test]
 fn others_that_write_the_scan_times_are_refused_unless_these_are_stated() {
     for (devices, time, stated) in [
         ("D8000", "watchdog time", "watchdog = \"500ms\""),

@@ -6,8 +6,9 @@ use super::state::Lowering;
 use super::written::{LONGEST_BLOCK, block_length, known_length, unpulsed, written};
 use crate::catalog::EVERYWHERE;
 use crate::memory::{DeviceType, Family, area};
-use crate::operand::{Device, Operand, Place};
+use crate::operand::{Device, Index, Operand, Place};
 use crate::resolve::{Category, Item};
+use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use scanbound_ir::{AreaId, Cell, Instruction, Region, ScanControl, Setting, Step, Switch};
 use std::ops::RangeInclusive;
@@ -33,6 +34,13 @@ pub(super) fn of_family(family: Family) -> ScanControl {
     };
     let by_parameters = (family != Family::Fx).then_some("constant scan");
     ScanControl { devices, by_parameters, ..ScanControl::default() }
+}
+
+/// The smallest and the largest value that the facts state for an index register.
+fn stated_values(facts: &Facts, index: Index) -> Option<(i64, i64)> {
+    let register = format!("{}{}", index.letters, index.register);
+    let mut stated = facts.indices.iter();
+    stated.find(|(name, _)| name.eq_ignore_ascii_case(&register)).map(|(_, &values)| values)
 }
 
 /// Whether the catalog says that the instruction may write any device.
@@ -112,6 +120,17 @@ impl Lowering<'_> {
                 _ => Switch::Unknown,
             };
             self.out.program.scan_control.switches.insert(at, switch);
+        }
+        let by_index = &mut self.out.program.scan_control.by_index;
+        let is_trusted = |device: &Device| {
+            device.index.is_some_and(|index| stated_values(self.options.facts, index).is_none())
+        };
+        if registers.iter().any(is_trusted) {
+            by_index.insert(at, None);
+        }
+        if relays.iter().any(is_trusted) {
+            let resets = matches!(&*item.name, "RST" | "ZRST" | "ZRSTP");
+            by_index.insert(at, Some(if resets { Switch::PossiblyOff } else { Switch::Unknown }));
         }
     }
 
@@ -240,10 +259,7 @@ impl Lowering<'_> {
             let first = i64::from(index.number) + value;
             (first..first + i64::from(length)).contains(&i64::from(special))
         };
-        let register = format!("{}{}", index.letters, index.register);
-        let stated = self.options.facts.indices.iter();
-        let mut stated = stated.filter(|(name, _)| name.eq_ignore_ascii_case(&register));
-        if let Some((_, &(low, high))) = stated.next() {
+        if let Some((low, high)) = stated_values(self.options.facts, index) {
             let first = i64::from(index.number) + low;
             let end = i64::from(index.number) + high + i64::from(length);
             return (first..end).contains(&i64::from(special));
