@@ -257,6 +257,7 @@ impl<'a> Findings<'a> {
             bases: self.prices.bases.clone(),
             networks,
             approximations: self.approximations(),
+            readings: self.program.readings.clone(),
             exactness: Exactness::of(self.program, self.model),
             warnings,
             response,

@@ -109,6 +109,9 @@ pub struct Audit {
     pub ladder: Option<Ladder>,
     /// Places where the model allows more behaviour than the PLC has, sorted by place.
     pub approximations: Vec<ApproximationUse>,
+    /// What some controllers do in another way than the standard has it, as far as this program depends on it and the
+    /// facts do not state it.
+    pub readings: Vec<String>,
     /// How many statements of the source are followed exactly. `None` if the front lists no statements.
     pub exactness: Option<Exactness>,
     /// Warnings: findings that did not stop the audit.

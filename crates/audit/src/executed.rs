@@ -102,7 +102,19 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
                     at(first)
                 )
             });
-            why.to_owned() + &stops.unwrap_or_default()
+            let readings = real.readings.iter().map(|&number| {
+                let what = program.readings.get(number as usize).map_or("", String::as_str);
+                format!("\"{what}\"")
+            });
+            let readings: Vec<String> = readings.collect();
+            let differ = match readings.is_empty() {
+                true => String::new(),
+                false => format!(
+                    ", or controllers differ: the simulated scan counts with the least time of any; state under [controller] whether yours does this: {}",
+                    readings.join(", ")
+                ),
+            };
+            why.to_owned() + &differ + &stops.unwrap_or_default()
         }
     }
 }

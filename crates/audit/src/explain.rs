@@ -203,6 +203,7 @@ fn follow_of_choice(program: &Program, choice: ChoiceId) -> Follow {
         Some(
             ChoiceKind::External
             | ChoiceKind::StableExternal(_)
+            | ChoiceKind::Reading(_)
             | ChoiceKind::ExtraTime
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. },

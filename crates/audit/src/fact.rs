@@ -103,6 +103,13 @@ pub enum Fact {
     /// Transition conditions of a chart that are drawn as a diagram use the outputs that their blocks computed in the
     /// previous scan.
     DrawnLastScan,
+    /// Whether the controller does this in another way than the standard has it.
+    Controller {
+        /// What it does.
+        what: String,
+        /// Whether it does so.
+        holds: bool,
+    },
     /// How often a routine interrupts a scan.
     Interrupts {
         /// The name of the interrupt routine.
@@ -198,6 +205,9 @@ impl Fact {
             bits: bits.clone(),
             is_kept: proved.exclusive.contains(&at),
         });
+        let controller = facts.controller.iter();
+        let controller =
+            controller.map(|(what, &holds)| Fact::Controller { what: what.clone(), holds });
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
             .chain(counts)
@@ -212,6 +222,7 @@ impl Fact {
             .chain(facts.all_clear.map(Fact::AllClear))
             .chain(facts.action_order.map(Fact::ActionOrder))
             .chain(facts.drawn_last_scan.then_some(Fact::DrawnLastScan))
+            .chain(controller)
             .chain(interrupts)
             .chain(request.times.iter().cloned().map(Fact::Time))
             .chain(facts.stops_on_error.map(Fact::StopsOnError))
@@ -279,6 +290,8 @@ impl fmt::Display for Fact {
             Fact::AllClear(false) => f.write_str(
                 "if several transitions without priorities after the same step are true, the first of them fires",
             ),
+            Fact::Controller { what, holds: true } => write!(f, "the controller: {what}"),
+            Fact::Controller { what, holds: false } => write!(f, "not on the controller: {what}"),
             Fact::ActionOrder(ActionOrder::Named) => {
                 f.write_str("actions run in the order in which the chart first names them")
             }

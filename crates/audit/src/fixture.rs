@@ -214,6 +214,7 @@ pub fn fixture() -> Audit {
         tasks: Vec::new(),
         net: None,
         ladder: None,
+        readings: Vec::new(),
         approximations: [
             (7, "MOV K1 D300Z0", "an indexed device is written: any D may have changed"),
             (8, "MOV K1 D301Z0", "an indexed device is written: any D may have changed"),

@@ -289,7 +289,8 @@ pub struct RungUse {
 pub enum Fate {
     /// Every charge of the rung takes the larger of its two times: the rung takes its longest possible time.
     Runs,
-    /// Some charges of the rung take the larger of their two times, but not all.
+    /// Some charges of the rung take the larger of their two times, but not all: the rung takes less than its longest
+    /// possible time.
     Partly,
     /// No charge of the rung takes the larger of its two times: the rung takes no time, or only the smaller times.
     Excluded,

@@ -9,7 +9,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Witness, flow};
 use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
-use scanbound_replay::{RealRun, StopReason, Stopped};
+use scanbound_replay::{Readings, RealRun, StopReason, Stopped, both_ways};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
@@ -25,6 +25,8 @@ const RANDOM: u64 = 64;
 const AT_ONCE: usize = 8;
 /// After this many executed instructions, no further runs are simulated.
 const MAX_EXECUTED: u64 = 1_500_000;
+/// The largest number of runs of one plan, in different readings of a standard.
+const MAX_READINGS: usize = 64;
 /// The largest number of instructions that one run executes.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
@@ -196,10 +198,37 @@ struct Simulated {
 }
 
 impl Simulation<'_> {
+    /// The run of a plan. If it depends on readings of a standard: the shortest of those in each, provided that all lead
+    /// to a scan that takes at least as long as the longest scan found.
+    fn run(&self, plan: InputPlan) -> Simulated {
+        let mut shortest: Option<Simulated> = None;
+        let mut left = vec![Readings::new()];
+        let (mut executed, mut runs) = (0, 0);
+        while let Some(readings) = left.pop() {
+            let run = Run::new(self.outside, self.times, self.overhead);
+            let mut run = run.with_readings(readings.clone());
+            let one = self.simulate(&mut run, plan);
+            executed += one.executed;
+            runs += 1;
+            if let Some(number) = run.undecided().filter(|_| runs < MAX_READINGS) {
+                left.extend(both_ways(&readings, number));
+                continue;
+            }
+            let took = |one: &Simulated| one.last.as_ref().map(|(last, _)| last.replay.total);
+            let leads = took(&one).is_some();
+            if shortest.as_ref().is_none_or(|old| took(&one) < took(old)) {
+                shortest = Some(one);
+            }
+            if !leads {
+                break;
+            }
+        }
+        Simulated { executed, ..shortest.unwrap_or_default() }
+    }
+
     /// Simulates scans until one takes at least as long as the longest scan found, a scan is impossible or not followed
     /// to its end, or a limit is reached.
-    fn run(&self, plan: InputPlan) -> Simulated {
-        let mut run = Run::new(self.outside, self.times, self.overhead);
+    fn simulate<'p>(&'p self, run: &mut Run<'p>, plan: InputPlan) -> Simulated {
         let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
             let all = witness.start.iter().map(|(&cell, &value)| (cell, value));
             all.filter(|&(cell, _)| self.outside.sets(cell)).collect()
@@ -246,7 +275,7 @@ impl Simulation<'_> {
             let mut waited = 0;
             loop {
                 number += 1 + waited;
-                if !self.scan(&mut run, &given, (number, waited > 0), &mut done) {
+                if !self.scan(run, &given, (number, waited > 0), &mut done) {
                     return done;
                 }
                 if !plan.waits {

@@ -428,9 +428,12 @@ pub(super) fn standing(
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::UnsignedIterations(_),
         ) => Treatment::Free,
-        Some(ChoiceKind::Iterations(_) | ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => {
-            Treatment::Zero
-        }
+        Some(
+            ChoiceKind::Iterations(_)
+            | ChoiceKind::ScanTicks { .. }
+            | ChoiceKind::ExtraTime
+            | ChoiceKind::Reading(_),
+        ) => Treatment::Zero,
         None => Treatment::Unknown,
     };
     match &model.variables[variable.0 as usize].origin {

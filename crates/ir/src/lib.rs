@@ -458,6 +458,9 @@ pub struct Program {
     pub charts: Charts,
     /// The source statements from which the instructions were generated.
     pub statements: Statements,
+    /// What some controllers do in another way than the standard has it, by the number of [`ChoiceKind::Reading`]. What
+    /// the user states of the controller is not included.
+    pub readings: Vec<String>,
 }
 
 impl Program {

@@ -27,7 +27,7 @@ fn check(program: &Program) -> Result<(), Vec<Diagnostic>> {
             at,
             Code::Nesting,
             message,
-            "reduce the nesting: most CPUs allow 16 levels, none more than 64",
+            "reduce the nesting of calls: most CPUs allow 16 levels, none more than 64",
         )
     } else {
         return Ok(());

@@ -3,6 +3,7 @@
 //! It implements the meaning that [`scanbound_ir`] states and shares no code with the symbolic execution. If both give
 //! the same time for a scan, neither has an error that the other lacks.
 
+mod cases;
 pub mod emulated;
 mod exact;
 mod expiry;
@@ -24,13 +25,16 @@ mod real_tests;
 #[cfg(test)]
 mod value_tests;
 
+pub use cases::{Readings, both_ways};
 pub use free::FreeValues;
 pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
 
+use cases::Cases;
 use free::Mode;
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{Program, Witness};
+use std::collections::BTreeSet;
 
 /// Runs one scan of the program on the witness's values. `times` holds each instruction's on-time and off-time,
 /// parallel to `Program::instructions`.
@@ -40,9 +44,10 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 }
 
 /// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
-/// none, both cases are run, for the first four such loops; the result is the shortest run that is possible on a PLC,
-/// or an impossible one if there is no other. Its `learned` contains the observations of all runs. Each call of `free`
-/// must give the same values again.
+/// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a standard
+/// ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the shortest run
+/// that is possible on a PLC, or an impossible one if there is no other. Its `learned` contains the observations of all
+/// runs. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -52,41 +57,39 @@ pub fn real<F: FreeValues>(
 ) -> RealRun {
     let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
-    // For each such loop met: whether it makes one iteration. All cases are tried in depth-first order.
-    let mut once: Vec<bool> = Vec::new();
-    loop {
-        let machine = machine::Machine::new(program, times, free(), Mode::Real);
-        let (mut found, asked) = machine.real(most, once.clone());
-        for (moment, facts) in std::mem::take(&mut found.learned) {
-            let known = learned.entry(moment).or_default();
-            for fact in facts {
-                if !known.contains(&fact) {
-                    known.push(fact);
+    let mut readings = BTreeSet::new();
+    let mut left = vec![Readings::new()];
+    let mut runs = 0;
+    while let Some(fixed) = left.pop() {
+        let (mut cases, mut undecided) = (Vec::new(), None);
+        let mut next = Some(Cases::of_scan(fixed.clone()));
+        while let Some(case) = next {
+            let machine = machine::Machine::new(program, times, free(), Mode::Real);
+            let (mut found, state) = machine.real(most, case);
+            for (moment, facts) in std::mem::take(&mut found.learned) {
+                let known = learned.entry(moment).or_default();
+                for fact in facts {
+                    if !known.contains(&fact) {
+                        known.push(fact);
+                    }
                 }
             }
+            runs += 1;
+            cases.push(found);
+            undecided = undecided.or(state.cases.undecided());
+            next = state.cases.following();
         }
+        // With many runs, what depends on further readings is unknown: it counts with its smallest time.
+        if let Some(number) = undecided.filter(|_| runs < cases::MAX_RUNS) {
+            left.extend(both_ways(&fixed, number));
+            continue;
+        }
+        readings.extend(fixed.keys());
         // A run that is not possible is the result only if there is no other.
         let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
-        if best.as_ref().is_none_or(|old| rank(&found) < rank(old)) {
-            best = Some(found);
-        }
-        once.resize(asked, false);
-        while once.last() == Some(&true) {
-            once.pop();
-        }
-        match (once.last_mut(), best.take()) {
-            (Some(last), best_so_far) => {
-                *last = true;
-                best = best_so_far;
-            }
-            (None, Some(mut best)) => {
-                best.learned = learned;
-                return best;
-            }
-            // The loop above leaves a run in `best`.
-            (None, None) => {}
-        }
+        best = best.into_iter().chain(cases).min_by_key(rank);
     }
+    RealRun { learned, readings, ..best.expect("there is a case") }
 }
 
 /// Runs one scan of the program on the witness's values. Where a real run observed an operation with the same values,

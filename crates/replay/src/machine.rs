@@ -1,5 +1,6 @@
 //! The control flow of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
+use super::cases::Cases;
 use super::free::{FreeValues, Mode};
 use super::outcome::{Event, RealRun, Replay, StopReason, Stopped};
 use super::state::{Doubt, State, Truth};
@@ -9,11 +10,8 @@ use scanbound_ir::{
     ChoiceId, Counted, Exit, Frame, Instruction, Join, Program, Region, Resolution, Step, Summary,
     When, WordSource, Write,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-
-/// The largest number of loops in a scan for which both cases are tried, one iteration and none.
-pub(super) const MAX_UNDECIDED_LOOPS: usize = 4;
 
 /// A loop that is being executed.
 struct Loop {
@@ -76,10 +74,6 @@ pub(super) struct Machine<'p, F> {
     stopped: Option<Stopped>,
     /// The number of instructions that may still be executed.
     remaining: u64,
-    /// For each loop that makes one iteration or none, in the order of execution: whether it makes one. `undecided`
-    /// counts such loops so far.
-    once: Vec<bool>,
-    undecided: usize,
     /// Whether only the total time is wanted.
     sums: bool,
     /// The instructions of a timer or counter that was already executed as a whole, so that their effects are skipped.
@@ -99,8 +93,6 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             unbounded: None,
             stopped: None,
             remaining: u64::MAX,
-            once: Vec::new(),
-            undecided: 0,
             sums: false,
             executed: 0..0,
         }
@@ -119,7 +111,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         mut self,
         most: u64,
     ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
-        (self.remaining, self.undecided) = (most, MAX_UNDECIDED_LOOPS);
+        self.remaining = most;
+        self.state.cases = Cases::of_run(None);
         let replay = self.scan();
         (replay.total, most - self.remaining, self.stopped, replay.unbounded, self.state)
     }
@@ -130,17 +123,10 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         self
     }
 
-    /// Makes a real run of at most `most` instructions. `once` says for each loop that makes one iteration or none
-    /// whether it makes one.
-    pub(super) fn real(mut self, most: u64, once: Vec<bool>) -> (RealRun, usize) {
-        (self.remaining, self.once) = (most, once);
-        (self.real_run(), self.undecided)
-    }
-
-    /// As [`Self::real`], and returns the final state. `undecided` such loops count as already met: from
-    /// `MAX_UNDECIDED_LOOPS` on, the run stops at a loop of which it is unknown whether it makes one iteration.
-    pub(super) fn real_from(mut self, most: u64, undecided: usize) -> (RealRun, State<'p, F>) {
-        (self.remaining, self.undecided) = (most, undecided);
+    /// Makes a real run of at most `most` instructions, in one case. Returns the final state, too.
+    pub(super) fn real(mut self, most: u64, cases: Cases) -> (RealRun, State<'p, F>) {
+        self.remaining = most;
+        self.state.cases = cases;
         (self.real_run(), self.state)
     }
 
@@ -155,6 +141,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             learned,
             range_violations,
             exclusion_violations,
+            readings: BTreeSet::new(),
             undeclared_writes,
         }
     }
@@ -300,7 +287,12 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
         let cost = match (fired.doubt, fired.value) {
             // It is unknown whether it fires: it takes at least the smaller time.
-            (Some(_), _) => times.on.min(times.off),
+            (Some(cause), _) => {
+                if times.on != times.off || times.per_unit > Picos::ZERO {
+                    self.state.cases.depends_on(cause);
+                }
+                times.on.min(times.off)
+            }
             (None, true) => times.with(self.units(instruction, times)),
             (None, false) => times.off,
         };
@@ -395,6 +387,9 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             return counted.most_units();
         }
         let (count, doubt) = self.number_of_units(counted);
+        if let Some(cause) = doubt {
+            self.state.cases.depends_on(cause);
+        }
         if self.state.mode == Mode::Real && (doubt.is_some() || count > counted.executes_up_to) {
             return 0;
         }
@@ -403,6 +398,9 @@ impl<'p, F: FreeValues> Machine<'p, F> {
 
     /// Stops the real run at this instruction.
     fn stop(&mut self, at: usize, reason: StopReason) -> Next {
+        if let StopReason::Unknown(cause) = reason {
+            self.state.cases.depends_on(cause);
+        }
         let frames = self.state.frames().clone();
         self.stopped.get_or_insert(Stopped { at, frames, reason });
         Next::Stop
@@ -451,14 +449,13 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             (Some(choice), None) if self.state.mode == Mode::Model => {
                 Ok(u32::from(self.state.choose_bit(choice)).max(least).min(most))
             }
-            (Some(_), None) if self.undecided >= MAX_UNDECIDED_LOOPS => {
-                Err(StopReason::Unknown(self.state.at))
-            }
-            (Some(_), None) => {
-                let once = self.once.get(self.undecided).copied().unwrap_or(false);
-                self.undecided += 1;
-                Ok(u32::from(once))
-            }
+            // It makes one iteration or none.
+            (Some(_), None) => self
+                .state
+                .cases
+                .makes_one()
+                .map(u32::from)
+                .ok_or(StopReason::Unknown(self.state.at)),
         }
     }
 

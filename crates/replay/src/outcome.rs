@@ -3,6 +3,7 @@
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{Cell, Frame};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -80,6 +81,9 @@ pub struct RealRun {
     /// The pairs of `Program::stated_exclusions` that hold at the start of the scan and certainly not at its end. Empty
     /// if the run stopped early.
     pub exclusion_violations: Vec<usize>,
+    /// The numbers of the readings ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)) on which this run
+    /// and its other cases depend.
+    pub readings: BTreeSet<u32>,
     /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
     /// entry is an error in the analysis.
     pub undeclared_writes: Vec<(usize, Cell)>,

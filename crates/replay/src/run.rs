@@ -1,7 +1,8 @@
 //! Consecutive scans from power-up on: each is a real run that starts in the state that the one before it left.
 
+use super::cases::{Cases, Readings};
 use super::free::{FreeValues, Mode};
-use super::machine::{MAX_UNDECIDED_LOOPS, Machine};
+use super::machine::Machine;
 use super::memory::{Memory, ScanChanges};
 use super::outcome::RealRun;
 use super::timed::{TimedInputs, TimerMemory};
@@ -107,6 +108,8 @@ pub struct Run<'p> {
     began: BTreeMap<Cell, (Picos, Picos)>,
     /// The bit of a word that is on in the first scan only, if the program does not write that word.
     first_scan_flag: Option<(Cell, u8)>,
+    /// Which readings of a standard the controller follows, and what the scans so far depend on.
+    cases: Cases,
     /// The start values that the last scan read.
     asked: RefCell<BTreeMap<Cell, u16>>,
     /// The time of the last scan, if scans with the same inputs repeat it until a timer times out. Otherwise `None`.
@@ -139,6 +142,7 @@ impl<'p> Run<'p> {
         Run {
             outside,
             first_scan_flag,
+            cases: Cases::of_run(None),
             times,
             overhead,
             memory: Memory::default(),
@@ -162,10 +166,12 @@ impl<'p> Run<'p> {
         let start = Start { run: self, given };
         let machine = Machine::new(program, self.times, start, Mode::Real);
         // This run does not try both cases of a loop that makes one iteration or none: it stops at such a loop.
-        let (real, mut state) = machine.real_from(most, MAX_UNDECIDED_LOOPS);
+        let (real, mut state) = machine.real(most, self.cases.clone());
         let changes = ScanChanges::of(&mut state);
         let rested = std::mem::take(&mut state.rested);
+        let cases = std::mem::take(&mut state.cases);
         drop(state);
+        self.cases = cases;
         let changed = self.memory.apply(changes);
         let scratch = &program.timekeeping.scratch;
         let matters = |cell: &Cell| !self.presents.contains(cell) && !scratch.contains(&cell.area);
@@ -191,6 +197,19 @@ impl<'p> Run<'p> {
             Some((word, bit)) if word == cell => 1 << bit,
             _ => 0,
         }
+    }
+
+    /// Lets the controller follow these readings of a standard. All others are unknown, rather than the standard's own.
+    #[must_use]
+    pub fn with_readings(mut self, readings: Readings) -> Run<'p> {
+        self.cases = Cases::of_run(Some(readings));
+        self
+    }
+
+    /// A reading that is unknown, and on which the run so far depends or may depend. `None` if it depends on none.
+    #[must_use]
+    pub fn undecided(&self) -> Option<u32> {
+        self.cases.undecided()
     }
 
     /// The start values that the last scan read, by cell.

@@ -1,5 +1,6 @@
 //! The state of one scan: the memory, the values computed from it, and which of them are unknown in a real run.
 
+use super::cases::Cases;
 use super::free::{FreeValues, Mode};
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
@@ -122,6 +123,8 @@ pub(super) struct State<'p, F> {
     /// Counts changes of cells, and reads whose answer may be different the next time. Used to detect identical
     /// iterations.
     pub(super) changes: u64,
+    /// Which way a real run takes at points that are left open.
+    pub(super) cases: Cases,
 }
 
 impl<'p, F: FreeValues> State<'p, F> {
@@ -155,6 +158,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                 Mode::Real => timers.map(|timed| (timed.present, None)).collect(),
             },
             changes: 0,
+            cases: Cases::default(),
         }
     }
 
@@ -205,6 +209,13 @@ impl<'p, F: FreeValues> State<'p, F> {
                 self.expiry(choice, given)
             }
             Some(&ChoiceKind::StableExternal(cell)) => self.read(cell),
+            Some(&ChoiceKind::Reading(number)) => match self.cases.reading(number, self.at) {
+                Some(value) => value.into(),
+                None => {
+                    self.doubt = self.doubt.or(Some(self.at));
+                    0
+                }
+            },
             Some(&ChoiceKind::PresentValue { contact, setting }) => {
                 if self.read(contact) & 1 == 1 {
                     setting

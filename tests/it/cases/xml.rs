@@ -171,7 +171,10 @@ fn conditions_that_are_drawn_with_blocks_rest_on_no_reading_that_is_not_stated()
         assert_eq!(run.code, Some(0), "{}", run.stderr);
         run.json()
     };
-    let (open, stated) = (audit(""), audit("[sfc]\ndrawn_conditions = \"last-scan\""));
+    // What else controllers do in different ways.
+    let other =
+        "[controller]\n\"actions have no final scan\" = false\n[sfc]\naction_order = \"named\"\n";
+    let (open, stated) = (audit(other), audit(&format!("{other}drawn_conditions = \"last-scan\"")));
     assert_eq!(upper_ns(&open), upper_ns(&stated));
     assert!(open.to_string().contains("drawn_conditions"), "the reading is named");
     let exact = |report: &serde_json::Value| report["scan"]["exact"].as_bool();

@@ -13,15 +13,16 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The syntax of a facts file, shown as help for an entry that does not follow it.
-const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true) and [sfc] (selection = \"all\")";
+const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true), [sfc] (selection = \"all\") and [controller] (\"actions have no final scan\" = true)";
 const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
 const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire when they have no priorities, otherwise selection = \"first\"";
 const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read the outputs of the previous scan (Beremiz, OpenPLC)";
 const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (first the actions that have just ended, then the others, each of the two in the order of their names: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
+const CONTROLLER: &str = "write true if the controller does this, false if it does as the standard says: \"actions have no final scan\" = true";
 /// The names of the tables that a facts file may have.
-pub const TABLES: [&str; 13] = [
+pub const TABLES: [&str; 14] = [
     "ranges",
     "counts",
     "calls",
@@ -35,6 +36,7 @@ pub const TABLES: [&str; 13] = [
     "exclusive",
     "start",
     "sfc",
+    "controller",
 ];
 /// The largest number of errors that are listed. Further ones are only counted.
 const MAX_FAULTS: usize = 100;
@@ -229,6 +231,14 @@ impl Reader<'_> {
                 }
             },
             "sfc" => self.chart(key, value),
+            "controller" => match value.get_ref().as_bool() {
+                Some(holds) => _ = self.facts.controller.insert(key.get_ref().to_string(), holds),
+                None => {
+                    let message =
+                        format!("'{}' in [controller] must be true or false", key.get_ref());
+                    self.fault(Some(value.span()), message, CONTROLLER);
+                }
+            },
             _ => self.scan(key, value),
         }
     }
@@ -596,7 +606,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\ndrawn_conditions = 'last-scan'\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\ndrawn_conditions = 'last-scan'\n[controller]\n'actions have no final scan' = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -619,6 +629,7 @@ mod tests {
                 all_clear: Some(true),
                 action_order: Some(ActionOrder::Alphabetical),
                 drawn_last_scan: true,
+                controller: [("actions have no final scan".to_owned(), true)].into(),
                 interrupts: [("I0".to_owned(), 2)].into(),
                 intervals: [("I28".to_owned(), Picos(4_000_000_000))].into(),
                 inputs: Some(64),

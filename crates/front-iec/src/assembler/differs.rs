@@ -3,8 +3,7 @@
 use super::{Assembler, OpenEnd};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, RegionSet, Type, WordSource, WordTarget,
-    Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, RegionSet, WordSource, WordTarget, Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,18 +13,18 @@ type Writer = (usize, Option<u16>);
 impl Assembler {
     /// Whether the controller does something another way than the standard has it: it may, or not. `what` names it.
     pub(crate) fn differs(&mut self, what: &'static str) -> Logic {
-        let known = self.readings.get(what).copied();
-        let name = format!("another reading of the standard: {what}");
-        let cell = known.or_else(|| self.hidden(&name, Type::Bit)?.cell());
-        let choice = self.builder.choice();
-        match cell {
-            Some(cell) => {
-                self.readings.insert(what, cell);
-                self.program().kinds.insert(choice, ChoiceKind::StableExternal(cell));
-            }
-            // Without room for more bits nothing is known of it.
-            None => _ = self.program().statements.undefined_by_language.insert(choice),
+        if let Some((is_met, holds)) = self.stated_readings.get_mut(what) {
+            *is_met = true;
+            return Logic::Const(*holds);
         }
+        let number =
+            self.program().readings.iter().position(|known| known == what).unwrap_or_else(|| {
+                self.program().readings.push(what.to_owned());
+                self.program().readings.len() - 1
+            });
+        let number = u32::try_from(number).expect("a few");
+        let choice = self.builder.choice();
+        self.program().kinds.insert(choice, ChoiceKind::Reading(number));
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
     }
 

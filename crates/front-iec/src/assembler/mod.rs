@@ -75,9 +75,9 @@ pub(crate) struct Assembler {
     /// Those of `faults` that lowering has found, to take note of each once.
     noted_faults: HashSet<(usize, Fault)>,
     pub(crate) tally: Tally,
-    /// For each thing that controllers do differently, the bit that says whether the one of a real run does it another
-    /// way than the standard.
-    pub(crate) readings: BTreeMap<&'static str, Cell>,
+    /// What the user states of the controller: whether it was asked for, and whether it does something in another way
+    /// than the standard has it.
+    pub(crate) stated_readings: BTreeMap<String, (bool, bool)>,
     pub(crate) open_ends: Vec<OpenEnd>,
     /// The presets of timers that are called without one.
     pub(crate) presets_left: BTreeSet<Cell>,
@@ -98,7 +98,7 @@ impl Assembler {
             faults: Vec::new(),
             noted_faults: HashSet::new(),
             tally: Tally::default(),
-            readings: BTreeMap::new(),
+            stated_readings: BTreeMap::new(),
             open_ends: Vec::new(),
             presets_left: BTreeSet::new(),
             times_read: BTreeSet::new(),

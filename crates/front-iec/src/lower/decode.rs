@@ -9,7 +9,7 @@ use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::normalized;
+use scanbound_base::facts::{Facts, Part, normalized};
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
@@ -70,6 +70,8 @@ pub(crate) fn decode(
     };
     let mut own = Lower::new(project, &tree, dialect, options);
     own.budget = asked.budget;
+    let stated = asked.facts.controller.iter();
+    own.stated_readings = stated.map(|(what, &holds)| (what.clone(), (false, holds))).collect();
     own.stops_on_error = asked.facts.stops_on_error.unwrap_or(true);
     own.assembler().faults.extend(project.unread.iter().cloned());
     if tree.tasks.iter().all(|task| task.programs.is_empty()) {
@@ -162,8 +164,32 @@ impl<'t> Lower<'t> {
         known.inputs = RegionSet::from_iter(known.inputs).into_regions();
         known.cleared = RegionSet::from_iter(known.cleared).into_regions();
         self.program().power_up = known;
+        let unknown = self.unknown_readings(asked.facts);
+        if !unknown.is_empty() {
+            return Err(unknown);
+        }
         let program = std::mem::take(&mut self.assembler().builder.program);
         Ok(finish(program, tree, project, tasks, &entries, main, asked))
+    }
+
+    /// Errors about what is stated of the controller although this project does not depend on it.
+    fn unknown_readings(&self, facts: &Facts) -> Vec<Diagnostic> {
+        let all = self.stated_readings.iter();
+        let (met, not): (Vec<_>, Vec<_>) = all.partition(|(_, (is_met, _))| *is_met);
+        let known = met.into_iter().map(|(what, _)| what).chain(&self.builder.program.readings);
+        let known: Vec<String> = known.map(|what| format!("\"{what}\"")).collect();
+        let help = match known.is_empty() {
+            true => {
+                "remove it: this project depends on nothing that controllers do in different ways"
+                    .to_owned()
+            }
+            false => format!("remove it, or write one of these: {}", known.join(", ")),
+        };
+        let fault = |(what, _): (&String, _)| {
+            let message = format!("nothing in this project depends on whether '{what}'");
+            facts.fault(["controller", what], Part::Key, FaultCode::Fact, message, &help)
+        };
+        not.into_iter().map(fault).collect()
     }
 
     /// Whether any variable begins with a number that is not 0: nothing is to be written without one.

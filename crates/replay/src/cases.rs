@@ -1,0 +1,136 @@
+//! The cases that real runs distinguish: manuals and standards leave some points open, and a lower bound must hold
+//! whichever way a controller has them.
+
+use std::collections::BTreeMap;
+
+/// The largest number of loops in a scan for which both cases are tried, one iteration and none.
+const MAX_LOOPS: usize = 4;
+/// The largest number of runs after which no further reading is fixed.
+pub(super) const MAX_RUNS: usize = 64;
+
+/// Which of two readings of a standard the controller follows, by number
+/// ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)).
+pub type Readings = BTreeMap<u32, bool>;
+
+/// One case: which way a run takes at each open point.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Cases {
+    /// For each loop that makes one iteration or none, in the order of execution: whether it makes one. Beyond the list
+    /// it makes none.
+    once: Vec<bool>,
+    /// The number of such loops met so far.
+    met: usize,
+    /// Whether both cases of such loops are tried.
+    tries_loops: bool,
+    /// The readings that are fixed in this case.
+    readings: Readings,
+    /// Whether all other readings are those of the standard. Otherwise they are unknown.
+    follows_standard: bool,
+    /// The unknown readings that the run met, each with the instruction that reads it.
+    open: Vec<(usize, u32)>,
+    /// The instruction because of which a value is unknown on which the path or a time of the run depends: the first.
+    cause: Option<usize>,
+}
+
+impl Cases {
+    /// The first of the cases of a scan with these readings.
+    pub(super) fn of_scan(readings: Readings) -> Cases {
+        Cases { tries_loops: true, ..Cases::of_run(Some(readings)) }
+    }
+
+    /// The case of a run of many scans, which stops at a loop that makes one iteration or none. With `None` the
+    /// controller follows the standard.
+    pub(super) fn of_run(readings: Option<Readings>) -> Cases {
+        let follows_standard = readings.is_none();
+        Cases { follows_standard, readings: readings.unwrap_or_default(), ..Cases::default() }
+    }
+
+    /// Whether the next loop that makes one iteration or none makes one. `None` if both cases of it are not tried.
+    pub(super) fn makes_one(&mut self) -> Option<bool> {
+        if !self.tries_loops || self.met >= MAX_LOOPS {
+            return None;
+        }
+        self.met += 1;
+        Some(self.once.get(self.met - 1).copied().unwrap_or(false))
+    }
+
+    /// Whether the controller follows another reading than the standard's, asked by the instruction `at`. `None` if that
+    /// is not fixed.
+    pub(super) fn reading(&mut self, number: u32, at: usize) -> Option<bool> {
+        let known = self.readings.get(&number).copied();
+        let known = known.or(self.follows_standard.then_some(false));
+        if known.is_none() && !self.open.contains(&(at, number)) {
+            self.open.push((at, number));
+        }
+        known
+    }
+
+    /// Takes note that the path or a time of the run depends on a value that is unknown because of an instruction.
+    pub(super) fn depends_on(&mut self, cause: usize) {
+        self.cause.get_or_insert(cause);
+    }
+
+    /// A reading on which the run depends, or may depend. `None` if it depends on no reading that is not fixed.
+    pub(super) fn undecided(&self) -> Option<u32> {
+        let cause = self.cause?;
+        let first = self.open.iter().find(|(at, _)| *at == cause).or(self.open.first());
+        first.map(|&(_, number)| number)
+    }
+
+    /// After a run, the next case with the same readings in depth-first order. `None` after the last one.
+    pub(super) fn following(mut self) -> Option<Cases> {
+        self.once.resize(self.met, false);
+        while self.once.last() == Some(&true) {
+            self.once.pop();
+        }
+        *self.once.last_mut()? = true;
+        Some(Cases { once: self.once, ..Cases::of_scan(self.readings) })
+    }
+}
+
+/// These readings with either way at one more point.
+pub fn both_ways(readings: &Readings, number: u32) -> [Readings; 2] {
+    [false, true]
+        .map(|way| readings.iter().map(|(&one, &way)| (one, way)).chain([(number, way)]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loops_of_unknown_count_are_tried_in_both_cases() {
+        let mut seen = Vec::new();
+        let mut next = Some(Cases::of_scan(Readings::new()));
+        while let Some(mut one) = next {
+            // The second loop is met only if the first makes no iteration.
+            let first = one.makes_one().expect("tried");
+            seen.push((first, (!first).then(|| one.makes_one().expect("tried"))));
+            next = one.following();
+        }
+        assert_eq!(seen, [(false, Some(false)), (false, Some(true)), (true, None)]);
+        let mut many = Cases::of_scan(Readings::new());
+        assert!((0..MAX_LOOPS).all(|_| many.makes_one() == Some(false)));
+        assert_eq!(many.makes_one(), None);
+        assert_eq!(Cases::of_run(None).makes_one(), None);
+    }
+
+    #[test]
+    fn a_reading_is_undecided_if_the_run_depends_on_it() {
+        let mut one = Cases::of_scan([(3, true)].into());
+        assert_eq!(
+            (one.reading(3, 10), one.reading(4, 11), one.reading(5, 12)),
+            (Some(true), None, None)
+        );
+        assert_eq!(one.undecided(), None, "nothing depends on it");
+        one.depends_on(12);
+        one.depends_on(11);
+        assert_eq!(one.undecided(), Some(5));
+        let mut other = Cases::of_scan(Readings::new());
+        other.reading(4, 11);
+        other.depends_on(99);
+        assert_eq!(other.undecided(), Some(4), "it may lie behind the cause");
+        assert_eq!(Cases::of_run(None).reading(4, 11), Some(false));
+        assert_eq!(both_ways(&[(3, true)].into(), 4)[1], [(3, true), (4, true)].into());
+    }
+}
