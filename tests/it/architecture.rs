@@ -192,8 +192,7 @@ fn no_file_is_longer_than_800_lines() {
 /// rustfmt leaves comments as they are. Rows of tables may be longer.
 #[test]
 fn comments_are_at_most_120_characters_wide() {
-    // The IEC crates and their tests still have longer ones.
-    let sources = sources().into_iter().filter(|s| !s.path.contains("iec"));
+    let sources = sources().into_iter();
     let is_comment = |line: &str| line.starts_with("//") && !line.contains(" | ");
     let is_long = |line: &str| is_comment(line.trim_start()) && line.chars().count() > 120;
     let long = |s: Source| {

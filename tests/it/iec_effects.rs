@@ -1,5 +1,5 @@
-//! What calls read and change out of sight: in the index of a called instance, in EN and ENO, in the flags of steps, and
-//! behind references.
+//! What calls read and change out of sight: in the index of a called instance, in EN and ENO, in the flags of steps,
+//! and behind references.
 
 use crate::common::audited::{audited, table};
 use scanbound::base::facts::Facts;

@@ -1,4 +1,5 @@
-//! What of programs of IEC 61131-3 is followed exactly: that it is, that the report says so, and that it says what is not.
+//! What of programs of IEC 61131-3 is followed exactly: that it is, that the report says so, and that it says what is
+//! not.
 
 use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Exactness, Failure, Request, audit};

@@ -198,8 +198,8 @@ struct Simulated {
 }
 
 impl Simulation<'_> {
-    /// The run of a plan. If it depends on readings of a standard: the shortest of those in each, provided that all lead
-    /// to a scan that takes at least as long as the longest scan found.
+    /// The run of a plan. If it depends on readings of a standard: the shortest of those in each, provided that all
+    /// lead to a scan that takes at least as long as the longest scan found.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut shortest: Option<Simulated> = None;
         let mut left = vec![Readings::new()];

@@ -86,8 +86,8 @@ pub struct Facts {
     /// How a controller executes charts: whether it executes the blocks of drawn transition conditions in each scan,
     /// and the conditions read the outputs of the previous scan.
     pub drawn_last_scan: bool,
-    /// What the controller does in another way than the standard has it (`true`), or as the standard has it (`false`), by
-    /// the description that reports give it.
+    /// What the controller does in another way than the standard has it (`true`), or as the standard has it (`false`),
+    /// by the description that reports give it.
     pub controller: BTreeMap<String, bool>,
     /// The positions of these facts in the facts file, for findings about them.
     pub places: FactPositions,

@@ -40,8 +40,8 @@ pub struct Hooks {
 /// In which order actions are executed, by their numbers. The third order is the one in which blocks first name them.
 #[derive(Debug, Clone)]
 pub struct Orders {
-    /// As they are declared: Boolean variables first, then the unit's actions, then all others. Of a chart that is drawn
-    /// as generators declare them in text.
+    /// As they are declared: Boolean variables first, then the unit's actions, then all others. Of a chart that is
+    /// drawn as generators declare them in text.
     pub declared: Vec<usize>,
     /// Whether it is known in which order they are declared.
     pub declared_is_clear: bool,

@@ -41,9 +41,9 @@ pub enum ChoiceKind {
     /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
     /// analysis lets it have any value at each read.)
     StableExternal(Cell),
-    /// A bit that is on if the controller does something in another way than the standard has it, the same in every scan.
-    /// The number is an index into `Program::readings`. The analysis lets the bit have any value at each
-    /// read. A real run is made in both ways, and the least time counts.
+    /// A bit that is on if the controller does something in another way than the standard has it, the same in every
+    /// scan. The number is an index into `Program::readings`. The analysis lets the bit have any value at each read. A
+    /// real run is made in both ways, and the least time counts.
     Reading(u32),
     /// A bit that is on where a controller may execute instructions that have no effect but their time. The analysis
     /// lets it have any value; a real run uses 0, because other controllers do not execute them.

@@ -54,8 +54,8 @@ impl Cases {
         Some(self.once.get(self.met - 1).copied().unwrap_or(false))
     }
 
-    /// Whether the controller follows another reading than the standard's, asked by the instruction `at`. `None` if that
-    /// is not fixed.
+    /// Whether the controller follows another reading than the standard's, asked by the instruction `at`. `None` if
+    /// that is not fixed.
     pub(super) fn reading(&mut self, number: u32, at: usize) -> Option<bool> {
         let known = self.readings.get(&number).copied();
         let known = known.or(self.follows_standard.then_some(false));

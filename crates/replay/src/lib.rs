@@ -44,10 +44,10 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 }
 
 /// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
-/// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a standard
-/// ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the shortest run
-/// that is possible on a PLC, or an impossible one if there is no other. Its `learned` contains the observations of all
-/// runs. Each call of `free` must give the same values again.
+/// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a
+/// standard ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the
+/// shortest run that is possible on a PLC, or an impossible one if there is no other. Its `learned` contains the
+/// observations of all runs. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,

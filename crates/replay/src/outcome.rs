@@ -81,8 +81,8 @@ pub struct RealRun {
     /// The pairs of `Program::stated_exclusions` that hold at the start of the scan and certainly not at its end. Empty
     /// if the run stopped early.
     pub exclusion_violations: Vec<usize>,
-    /// The numbers of the readings ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)) on which this run
-    /// and its other cases depend.
+    /// The numbers of the readings ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)) on which this
+    /// run and its other cases depend.
     pub readings: BTreeSet<u32>,
     /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
     /// entry is an error in the analysis.

@@ -1,5 +1,6 @@
-//! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3, VAR_IN_OUT).
-//! They are followed as copies that are given back, so a call in which one variable has two names is refused.
+//! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3,
+//! VAR_IN_OUT). They are followed as copies that are given back, so a call in which one variable has two names is
+//! refused.
 
 use super::cells::{Effects, add};
 use super::references::references_in;
@@ -59,8 +60,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses a call that writes places of which it may change where they lie: the indices may be worked out before the
-    /// call or behind it. `within` is what the call itself does.
+    /// Refuses a call that writes places of which it may change where they lie: the indices may be worked out before
+    /// the call or behind it. `within` is what the call itself does.
     pub(super) fn outputs_stay<'e>(
         &mut self,
         at: &Context,
@@ -161,8 +162,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are written, or
-    /// that in which they are declared.
+    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are
+    /// written, or that in which they are declared.
     pub(super) fn passes_in_any_order(
         &mut self,
         at: &Context,
@@ -208,8 +209,8 @@ impl Lower<'_> {
         self.outputs_stay(at, &written_by(call), std::iter::empty(), all, line)
     }
 
-    /// Whether an expression may read a parameter that lies in what `own` writes. Where it reads an instance whose index
-    /// is not known, another input or output of it is not the parameter.
+    /// Whether an expression may read a parameter that lies in what `own` writes. Where it reads an instance whose
+    /// index is not known, another input or output of it is not the parameter.
     fn may_read(
         &mut self,
         at: &Context,
@@ -272,8 +273,8 @@ impl Lower<'_> {
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and out: what
-    /// the last call handed over is meant.
+    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and
+    /// out: what the last call handed over is meant.
     pub(super) fn member_names_handed(
         &mut self,
         called: (usize, Entry),
@@ -341,8 +342,8 @@ fn is_direct(place: &Place) -> bool {
         && !place.steps.iter().any(|step| matches!(step, Step::Dereference))
 }
 
-/// Whether two places are different bits of numbers or different parts of structures, whatever elements of one variable they
-/// are parts of.
+/// Whether two places are different bits of numbers or different parts of structures, whatever elements of one variable
+/// they are parts of.
 fn are_other_parts(one: &Place, other: &Place) -> bool {
     let is_other = match (one.steps.last(), other.steps.last()) {
         (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,

@@ -87,8 +87,8 @@ impl Lower<'_> {
         }
     }
 
-    /// A call of which a part of what it gives is named behind it, by what has these effects. Refuses what gives that another
-    /// meaning before it is looked at.
+    /// A call of which a part of what it gives is named behind it, by what has these effects. Refuses what gives that
+    /// another meaning before it is looked at.
     pub(super) fn call_before(
         &mut self,
         at: &Context,
@@ -176,8 +176,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that one, and
-    /// not all controllers do so.
+    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that
+    /// one, and not all controllers do so.
     fn is_one_method(&self, instance: usize, method: RoutineId, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let own = tree.routine(method);
@@ -648,7 +648,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each call.
+    /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each
+    /// call.
     fn begins_plain(&self, spot: &Spot, given: bool, line: u32) -> Result<(), Fault> {
         let holds = !self.tree.types.is_reference(spot.ty)
             && self.tree.has_reference(spot.ty)
@@ -661,7 +662,8 @@ impl Lower<'_> {
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses what begins anew with each call and calls something then, unless it is one value that is worked out there.
+    /// Refuses what begins anew with each call and calls something then, unless it is one value that is worked out
+    /// there.
     fn begins_without_call(&self, id: VarId, line: u32) -> Result<(), Fault> {
         let one = self.tree.variable(id);
         let is_single =

@@ -365,8 +365,8 @@ impl<'t> Lower<'t> {
         Some(self.assembler().builder.add(None, Vec::new(), Step::Act { fires }))
     }
 
-    /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may hold
-    /// anything. Whether that is so.
+    /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may
+    /// hold anything. Whether that is so.
     pub(super) fn stands_in(&mut self, instance: usize, entry: Entry) -> bool {
         let tree = self.tree;
         let Some((routine, stated)) = self.stated_of(instance, entry) else { return false };
@@ -492,7 +492,8 @@ impl<'t> Lower<'t> {
             let all = unit.methods.iter().chain(&unit.actions).chain([&unit.body]);
             { all }.any(|&one| !tree.routine(one).code.is_empty())
         };
-        // Where a unit has code elsewhere, its file is there; a method that gives something should have some all the same.
+        // Where a unit has code elsewhere, its file is there; a method that gives something should have some all the
+        // same.
         let is_whole =
             tree.lineage(own).iter().any(has_code) && (entry == Entry::Body || !gives_something);
         if is_whole {
@@ -575,8 +576,8 @@ fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     told
 }
 
-/// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes it. Such
-/// calls are faults.
+/// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes
+/// it. Such calls are faults.
 fn changed_by_others(assembler: &mut Assembler, entries: &[usize], given_back: &[GivenBack]) {
     if entries.len() < 2 {
         return;

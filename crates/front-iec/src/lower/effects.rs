@@ -1,5 +1,5 @@
-//! What code reads, writes and calls: as cells, for each instance by itself, so that two names of one variable are one thing.
-//! Variables with addresses have the bits of these, too, in both ways in which controllers count them.
+//! What code reads, writes and calls: as cells, for each instance by itself, so that two names of one variable are one
+//! thing. Variables with addresses have the bits of these, too, in both ways in which controllers count them.
 
 use super::address::bits;
 use super::cells::{Cells, Effects, add};
@@ -456,7 +456,8 @@ impl Lower<'_> {
                 self.add_cells(next, unit, rest, found);
             }
             None => {
-                // From an element of unknown number on, the whole array is meant, and all that references in it can mean.
+                // From an element of unknown number on, the whole array is meant, and all that references in it can
+                // mean.
                 add(found, spot.tag.regions());
                 if let (Step::Element(_), Typed::Array(_, of)) =
                     (step, self.tree.types.get(spot.ty))

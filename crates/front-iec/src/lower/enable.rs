@@ -35,9 +35,9 @@ impl Lower<'_> {
         Ok(Some(self.keep_bit(condition)))
     }
 
-    /// Begins a call with EN. Where EN is false, some controllers jump over all of it. Others work the arguments out, pass them,
-    /// and call what then asks for EN. That matters for what an instance holds and where an argument calls something, else
-    /// only for the time.
+    /// Begins a call with EN. Where EN is false, some controllers jump over all of it. Others work the arguments out,
+    /// pass them, and call what then asks for EN. That matters for what an instance holds and where an argument calls
+    /// something, else only for the time.
     pub(super) fn begin_arguments(
         &mut self,
         at: &Context,
@@ -128,7 +128,8 @@ impl Lower<'_> {
         Ok(Some(Enabled { condition, works, skip }))
     }
 
-    /// Begins the call itself behind its inputs. Where EN is false and the inputs were passed, what is called takes its time.
+    /// Begins the call itself behind its inputs. Where EN is false and the inputs were passed, what is called takes its
+    /// time.
     pub(super) fn begin_body(
         &mut self,
         inputs: Option<Enabled>,
@@ -146,8 +147,8 @@ impl Lower<'_> {
         Some(Enabled { condition, works, skip })
     }
 
-    /// Ends a call, and hands ENO out. What outputs are handed to may hold anything where EN is false: controllers differ.
-    /// `fails` says where what is called tells a fault. Gives the condition, if there was one.
+    /// Ends a call, and hands ENO out. What outputs are handed to may hold anything where EN is false: controllers
+    /// differ. `fails` says where what is called tells a fault. Gives the condition, if there was one.
     pub(super) fn end_enabled(
         &mut self,
         at: &Context,

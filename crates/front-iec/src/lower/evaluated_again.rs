@@ -1,5 +1,5 @@
-//! What compilers to C evaluate again: the operands of XOR and MOD, `l && !r || !l && r` and `r == 0 ? 0 : l % r`, which
-//! may be left out, too; and the indices of a called instance, which stand in each line that passes something.
+//! What compilers to C evaluate again: the operands of XOR and MOD, `l && !r || !l && r` and `r == 0 ? 0 : l % r`,
+//! which may be left out, too; and the indices of a called instance, which stand in each line that passes something.
 
 use super::Lower;
 use super::spots::Context;
@@ -13,8 +13,8 @@ use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Place, Target};
 const MAX_WITHIN: usize = 3;
 
 impl Lower<'_> {
-    /// Charges what of a XOR of truth values or a MOD some compilers evaluate once more. Refuses operands for which this
-    /// makes a difference to more than the time.
+    /// Charges what of a XOR of truth values or a MOD some compilers evaluate once more. Refuses operands for which
+    /// this makes a difference to more than the time.
     pub(super) fn again(
         &mut self,
         at: &Context,
@@ -42,8 +42,8 @@ impl Lower<'_> {
     }
 
     /// Charges an operand once more: compilers that write XOR of truth values with AND and OR evaluate it twice, and so
-    /// do those that test the divisor of MOD. A plain variable is part of what XOR and MOD take. Refuses an operand that
-    /// leaves more than its value.
+    /// do those that test the divisor of MOD. A plain variable is part of what XOR and MOD take. Refuses an operand
+    /// that leaves more than its value.
     fn charge_again(&mut self, at: &Context, operand: &Expr) -> Result<(), Fault> {
         if !takes_time(operand) {
             return Ok(());

@@ -58,8 +58,8 @@ impl Lower<'_> {
         Ok(self.result_if(enable, result))
     }
 
-    /// Where a function may say by ENO that it has failed: it divides by zero, or what it gives does not fit its type. Controllers
-    /// differ in which of these they say.
+    /// Where a function may say by ENO that it has failed: it divides by zero, or what it gives does not fit its type.
+    /// Controllers differ in which of these they say.
     fn may_fail(&mut self, of: &Applied, result: &Value) -> Option<Logic> {
         let fits = |from: &Option<Simple>, to: &Simple| match (from.map(ty), ty(*to)) {
             (Some(from), to) if from == to => true,

@@ -269,7 +269,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Code of another language: it takes the time that is stated, and what it is stated to write may be anything behind it.
+    /// Code of another language: it takes the time that is stated, and what it is stated to write may be anything
+    /// behind it.
     fn foreign(&mut self, at: &Context, stated: &Stated, line: u32) -> Result<(), Fault> {
         let entry = self.assembler().builder.add(None, Vec::new(), Step::Nothing);
         self.takes_stated_time(entry, stated);

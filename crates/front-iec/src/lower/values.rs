@@ -116,8 +116,8 @@ fn is_literal(one: &Expr) -> bool {
     )
 }
 
-/// An expression's value where it becomes one of a type: any, if the type is longer than that of sums and the like of 32 bits
-/// which a function of the standard was given, as it shows how many bits a compiler keeps of these.
+/// An expression's value where it becomes one of a type: any, if the type is longer than that of sums and the like of
+/// 32 bits which a function of the standard was given, as it shows how many bits a compiler keeps of these.
 pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
     match (value, ty) {
         (Value::Number(kind @ Kind::Whole { bits: own @ 32.., .. }, number), Ty::Number(to))
@@ -433,7 +433,8 @@ impl<'t> Lower<'t> {
     }
 
     /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
-    /// OR_ELSE, which take a jump for it; perhaps for AND and OR whose second operand calls something, as compilers differ.
+    /// OR_ELSE, which take a jump for it; perhaps for AND and OR whose second operand calls something, as compilers
+    /// differ.
     fn may_skip(
         &mut self,
         at: &Context,

@@ -310,8 +310,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Whether the timer's value changes while the scan runs, as that of timers of the FX for subroutines, and of its retentive and 1 ms
-    /// timers from T246 on.
+    /// Whether the timer's value changes while the scan runs, as that of timers of the FX for subroutines, and of its
+    /// retentive and 1 ms timers from T246 on.
     pub(super) fn runs_in_interrupts(&self, device: &Device) -> bool {
         self.family == Family::Fx
             && device.name == "T"
