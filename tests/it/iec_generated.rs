@@ -364,6 +364,55 @@ fn a_block_that_two_conditions_use_is_executed_once() {
 }
 
 #[test]
+fn what_generators_do_otherwise_with_a_drawn_condition_is_refused() {
+    let drawn = |number: u32| {
+        let edge = block(6, "typeName=\"R_TRIG\" instanceName=\"r\"", &[("CLK", (5, ""))], &["Q"]);
+        let edge = if number > 0 { numbered(&edge, number) } else { edge };
+        turning(&(wired(5, "TRUE") + &edge), "r:R_TRIG", [(6, "Q"), (6, "Q")])
+    };
+    assert!(turned(&drawn(0), "", ("", "TRUE")).is_ok());
+    let told = turned(&drawn(1), "", ("", "TRUE")).expect_err("a refusal").join("; ");
+    assert!(told.contains("it has an executionOrderId in a condition"), "{told}");
+    // A transition with an edge that the chart names twice.
+    let named = |edge: &str, second: &str| {
+        let body = format!("<LD>{RAIL}{}{}</LD>", contact(1, edge, 0, "v"), coil(2, 1, "Go"));
+        let transition = |id: u32, from: u32, name: &str| {
+            let value = format!("<condition><reference name=\"{name}\"/></condition>");
+            at("transition", id, &[(from, "")], &value)
+        };
+        let chart = at("step name=\"s\" initialStep=\"true\"", 1, &[(4, "")], "")
+            + &at("step name=\"u\"", 3, &[(2, "")], "")
+            + &transition(2, 1, "Go")
+            + &transition(4, 3, second);
+        let text = project("", "v:BOOL", &format!("<SFC>{chart}</SFC>"), "TRUE");
+        let transitions = format!(
+            "<transitions><transition name=\"Go\"><body>{body}</body></transition></transitions>"
+        );
+        text.replacen("<interface/>", &format!("<interface/>{transitions}"), 1)
+    };
+    let rising = "edge=\"rising\"";
+    assert!(
+        refusal(&named(rising, "go")).contains("several transitions of the chart name this one")
+    );
+    assert!(bound(&named(rising, "v")).is_ok());
+    assert!(bound(&named("", "Go")).is_ok());
+}
+
+#[test]
+fn contacts_that_lead_to_nothing_are_refused() {
+    let drawn = |ends: &str| {
+        let body = format!("<LD>{RAIL}{}{ends}</LD>", contact(1, "", 0, "v"));
+        project("", "v:BOOL x:BOOL", &body, "TRUE")
+    };
+    let rail = at("rightPowerRail", 2, &[(1, "")], "");
+    for text in [drawn(""), drawn(&rail), drawn(&(rail.clone() + &coil(3, 0, "x")))] {
+        assert!(refusal(&text).contains("it leads to no coil"));
+        assert!(refusal(&as_drawn(&text)).contains("it leads to no coil"));
+    }
+    assert!(bound(&drawn(&(rail + &coil(3, 1, "x")))).is_ok());
+}
+
+#[test]
 fn generators_declare_actions_as_they_come_to_them() {
     let asked = |named: [&str; 2], condition: &str| {
         let action = |name: &str, code: &str| {

@@ -3,7 +3,7 @@
 
 use super::checked::{checked, single};
 use super::condition::{of_body, of_transition};
-use super::drawn::drawing;
+use super::drawn::{drawing, leads_to_something};
 use super::node::{
     ACTIVE, BESIDE, ELEMENTS, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements,
     inputs, is, position, sources,
@@ -58,7 +58,9 @@ fn executed(
         Language::St => Body::Code(language, parse::statements(&written, line)?),
         Language::Il => Body::Code(language, parse::instruction_list(&written, line)?),
         _ => {
-            let drawing = Some(drawing(reading.text, inner)?).filter(Drawing::acts);
+            let drawing = drawing(reading.text, inner)?;
+            leads_to_something(&drawing)?;
+            let drawing = Some(drawing).filter(Drawing::acts);
             Body::Drawn(language, drawing.into_iter().collect())
         }
     })

@@ -93,6 +93,12 @@ fn value(
             "negate with a contact or a function NOT, and look at edges with R_TRIG or F_TRIG";
         return Err(one.fault(what).code(Code::NotModelled).help(help));
     }
+    let mut blocks = drawing.elements.iter().filter(|one| one.block().is_some());
+    if let Some(one) = blocks.find(|one| !drawing.is_executed_as_drawn && one.order.is_some()) {
+        let what = "it has an executionOrderId in a condition: generators execute nothing that it asks for";
+        let help = "leave its executionOrderId out";
+        return Err(one.fault(what).code(Code::NotModelled).help(help));
+    }
     let mut walk = Walk {
         drawing,
         called,

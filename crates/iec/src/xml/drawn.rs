@@ -249,6 +249,33 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
+/// Refuses contacts that lead to nothing that acts: whether a controller looks at them is not known.
+pub(super) fn leads_to_something(drawing: &Drawing) -> Result<(), Fault> {
+    let mut is_taken = vec![false; drawing.elements.len()];
+    let mut open: Vec<ElementId> =
+        drawing.all().filter(|(_, one)| one.acts()).map(|(id, _)| id).collect();
+    while let Some(id) = open.pop() {
+        if std::mem::replace(&mut is_taken[id.0], true) {
+            continue;
+        }
+        let one = drawing.element(id);
+        if let ElementKind::Continuation(from) = one.kind {
+            open.push(from);
+        }
+        open.extend(one.sources().map(|from| from.from));
+    }
+    let is_left =
+        |(id, one): &(ElementId, &Element)| one.kind == ElementKind::Contact && !is_taken[id.0];
+    match drawing.all().find(is_left) {
+        None => Ok(()),
+        Some((_, one)) => {
+            let what = "it leads to no coil, output or block: whether a controller looks at it is not known";
+            let help = "lead it to a coil, or take it out of the drawing";
+            Err(one.fault(what).code(Code::NotModelled).help(help))
+        }
+    }
+}
+
 /// Refuses ways without a block that come back to where they began.
 fn leads_on(drawing: &Drawing) -> Result<(), Fault> {
     let passes = |id: &ElementId| {

@@ -227,6 +227,14 @@ impl<'t> Reader<'t> {
             let help = "give it a name of its own: generators keep one value for each name";
             self.faults.push(text.fault(second, message).help(help).within(&pou.name));
         }
+        for one in named("transitions", "transition").filter(|_| !text.is_codesys) {
+            if has_edge(one) && is_named_twice(node, one.attribute("name").unwrap_or_default()) {
+                let message = "several transitions of the chart name this one, and it looks at an edge: generators look at it for each of them";
+                let help =
+                    "look at the edge with R_TRIG or F_TRIG in an action, and use its output";
+                self.faults.push(text.fault(one, message).help(help).within(&pou.name));
+            }
+        }
         for one in named("transitions", "transition") {
             let name = one.attribute("name").unwrap_or_default().to_owned();
             let mut reading = Reading::new(text, pou, &name);
@@ -280,6 +288,25 @@ fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
         first.blocks.push(block);
     }
     Ok(())
+}
+
+/// Whether a contact in it looks at an edge.
+fn has_edge(drawn: Node<'_, '_>) -> bool {
+    drawn.descendants().any(|one| {
+        one.tag_name().name() == "contact"
+            && one.attribute("edge").is_some_and(|edge| edge != "none")
+    })
+}
+
+/// Whether several conditions of a unit name a transition.
+fn is_named_twice(unit: Node<'_, '_>, name: &str) -> bool {
+    let named = unit.descendants().filter(|one| {
+        let around = one.parent().map_or("", |around| around.tag_name().name());
+        one.tag_name().name() == "reference"
+            && around == "condition"
+            && one.attribute("name").is_some_and(|own| same(own, name))
+    });
+    named.count() > 1
 }
 
 /// A connector with the name of another one in the unit.
