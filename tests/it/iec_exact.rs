@@ -1,5 +1,4 @@
-//! What of programs of IEC 61131-3 is followed exactly: that it is, that the report says so, and that it says what is
-//! not.
+//! What is followed exactly of IEC 61131-3: that it is, that the report says so, and that it says what is not.
 
 use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::audit::{Audit, Exactness, Failure, Request, audit};
