@@ -58,9 +58,10 @@ struct InputPlan {
 }
 
 /// Searches for a run of scans from power-up whose last scan takes at least as long as the longest scan found. Empty if
-/// none of the tried sequences leads there. If the last scan takes longer, it becomes the longest scan found. If each
-/// tried run ends with an operation error that stops the CPU and that the program alone causes, the time of the longest
-/// scan found is removed: nothing shows that it is possible.
+/// none of the tried sequences leads there. If the last scan takes longer, it becomes the longest scan found; if none
+/// was found before (its time is 0), the longest scan of all tried runs does. If each tried run ends with an operation
+/// error that stops the CPU and that the program alone causes, the time of the longest scan found is removed: nothing
+/// shows that it is possible.
 pub fn run(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -75,6 +76,7 @@ pub fn run(
     let mut errors = Some(Vec::new());
     // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
+    let mut longest: Option<Simulated> = None;
     for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
         if executed >= MAX_EXECUTED || late() || (limits.cancelled)() {
             break;
@@ -92,12 +94,18 @@ pub fn run(
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
         let stopped = runs.iter().map(|run| run.error.clone()).collect::<Option<Vec<Stopped>>>();
         errors = errors.zip(stopped).map(|(all, more)| [all, more].concat());
-        if let Some(run) = runs.into_iter().find(|run| run.last.is_some()) {
-            if let Some((last, start)) = run.last {
-                found.replace(last, start);
+        for run in runs {
+            if run.took() > longest.as_ref().and_then(Simulated::took) {
+                longest = Some(run);
             }
-            return scans_for_report(program, overhead, run.scans);
         }
+        if longest.is_some() && !simulation.seeks_longest() {
+            break;
+        }
+    }
+    if let Some(Simulated { last: Some((last, start)), scans, .. }) = longest {
+        found.replace(last, start);
+        return scans_for_report(program, overhead, scans);
     }
     let error = errors.into_iter().flatten().next();
     if let Some(error) = error.filter(|error| trust == Trust::All && is_own(program, error)) {
@@ -191,13 +199,27 @@ struct Simulated {
     scans: Vec<SimulatedScan>,
     /// The last scan of the run with its start values, if it takes at least as long as the longest scan found.
     last: Option<(RealRun, Witness)>,
+    /// The number of scans up to that one.
+    shown: usize,
     /// The number of instructions that the run executed.
     executed: u64,
     /// The operation error that ends the run. `None` if there was none.
     error: Option<Stopped>,
 }
 
+impl Simulated {
+    /// The time of the last scan, if it takes at least as long as the longest scan found.
+    fn took(&self) -> Option<Picos> {
+        self.last.as_ref().map(|(last, _)| last.replay.total)
+    }
+}
+
 impl Simulation<'_> {
+    /// Whether no scan was found before, so that the longest scan of each run is wanted.
+    fn seeks_longest(&self) -> bool {
+        self.found.best.replay.total == Picos::ZERO
+    }
+
     /// The run of a plan. If it depends on readings of a standard: the shortest of those in each, provided that all
     /// lead to a scan that takes at least as long as the longest scan found.
     fn run(&self, plan: InputPlan) -> Simulated {
@@ -207,16 +229,16 @@ impl Simulation<'_> {
         while let Some(readings) = left.pop() {
             let run = Run::new(self.outside, self.times, self.overhead);
             let mut run = run.with_readings(readings.clone());
-            let one = self.simulate(&mut run, plan);
+            let mut one = self.simulate(&mut run, plan);
+            one.scans.truncate(one.shown);
             executed += one.executed;
             runs += 1;
             if let Some(number) = run.undecided().filter(|_| runs < MAX_READINGS) {
                 left.extend(both_ways(&readings, number));
                 continue;
             }
-            let took = |one: &Simulated| one.last.as_ref().map(|(last, _)| last.replay.total);
-            let leads = took(&one).is_some();
-            if shortest.as_ref().is_none_or(|old| took(&one) < took(old)) {
+            let leads = one.last.is_some();
+            if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
                 shortest = Some(one);
             }
             if !leads {
@@ -320,11 +342,12 @@ impl Simulation<'_> {
         // If the scan is not followed to its end, an operation error may end it.
         let program = self.outside.program();
         let leads_there = took >= best && (scan.stopped.is_none() || program.errors.is_empty());
-        if leads_there {
+        if leads_there && Some(took) > done.took() {
             let choices = given.choices.clone();
             let start = Witness { start: run.started(), choices, ..Witness::default() };
             done.last = Some((scan, start));
+            done.shown = done.scans.len();
         }
-        !leads_there && !is_over
+        (!leads_there || self.seeks_longest()) && !is_over
     }
 }
