@@ -75,7 +75,7 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
     let read = |file| snet::read_sound(file, false);
     let net = arguments.net.as_deref().map(read).transpose()?;
     let relays = net.as_ref().map(relays);
-    let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
+    let drawing = arguments.draw.as_deref().map(snet::MarksDrawing::new).transpose()?;
     let (reports, trace) = arguments.report.targets(&project, &arguments.search)?;
     let concluded = project.with_request(|request| {
         let given = Given { input: arguments.input_delay, output: arguments.output_delay };
@@ -96,8 +96,8 @@ fn once(arguments: &Arguments) -> Result<Outcome, Failure> {
         Err(failure) => return Err(reports.refused(&project, failure)?),
     };
     trace.write(&concluded.audit)?;
-    if let (Some(drawing), Some(net), Some(file)) = (drawing, &net, &arguments.draw) {
-        snet::draw_marks(net, &concluded.audit, file, drawing)?;
+    if let (Some(drawing), Some(net)) = (drawing, &net) {
+        drawing.write(net, &concluded.audit)?;
     }
     if let Some(directory) = &arguments.certificate {
         certify(&concluded, directory)?;

@@ -521,13 +521,13 @@ impl ReportOptions {
     /// file has it.
     fn reports(&self) -> Result<Vec<(Option<&Path>, &'static Format)>, Failure> {
         let named = self.named();
-        let called = |file| named.map_or_else(|| format_of(Some(file), &[]), Ok);
+        let called = |file| named.map_or_else(|| format_of(file), Ok);
         Ok(match self.output.as_slice() {
             [] if self.quiet => Vec::new(),
             [] => vec![(None, named.unwrap_or(&FORMATS[0]))],
             [file] => vec![(Some(file), called(file)?)],
             files => {
-                let format = |file| format_of(Some(file), &[]).or_else(|_| called(file));
+                let format = |file| format_of(file).or_else(|_| called(file));
                 let all = files.iter().map(|file| Ok((Some(file.as_path()), format(file)?)));
                 let all: Result<Vec<(Option<&Path>, &'static Format)>, Failure> = all.collect();
                 let mut all = all?;
@@ -649,13 +649,13 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// The format of a file's suffix; text if it has none. `only` are the permitted formats, all if it is empty.
-pub fn format_of(file: Option<&Path>, only: &[&str]) -> Result<&'static Format, Failure> {
-    let Some(file) = file.filter(|file| file.extension().is_some()) else { return Ok(&FORMATS[0]) };
-    let is_one = |format: &&Format| only.is_empty() || only.contains(&format.name);
-    let meant = formats::by_suffix(FORMATS, &file.to_string_lossy()).filter(is_one);
-    meant.ok_or_else(|| {
-        let known = FORMATS.iter().filter(is_one).flat_map(|format| format.suffixes);
+/// The report format of a file's suffix; text if it has none.
+fn format_of(file: &Path) -> Result<&'static Format, Failure> {
+    if file.extension().is_none() {
+        return Ok(&FORMATS[0]);
+    }
+    formats::by_suffix(FORMATS, &file.to_string_lossy()).ok_or_else(|| {
+        let known = FORMATS.iter().flat_map(|format| format.suffixes);
         let known: Vec<String> = known.map(|suffix| format!(".{suffix}")).collect();
         let (name, known) = (file.display(), known.join(", "));
         anyhow!(

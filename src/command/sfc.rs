@@ -2,6 +2,7 @@
 
 use super::output::{Target, apart};
 use super::source_text::SourceText;
+use super::values::format_or_suffix;
 use super::{Failure, Outcome};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
@@ -60,7 +61,7 @@ pub struct Arguments {
     explicit: bool,
     #[command(flatten)]
     source_text: SourceText,
-    /// The output file; its suffix names the format (.svg .dot .json .txt)
+    /// The output file; its suffix names the format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -68,7 +69,9 @@ pub struct Arguments {
 /// A format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
+    #[value(alias = "txt")]
     Text,
+    #[value(alias = "gv")]
     Dot,
     Svg,
     Json,
@@ -124,6 +127,7 @@ fn show(
     facts: &Facts,
     target: Target,
 ) -> Result<Outcome, Failure> {
+    let format = format_or_suffix(arguments.format, arguments.output.as_deref())?;
     let wanted = |name: &str| arguments.chart.as_deref().is_none_or(|own| same(own, name));
     let warnings = refused(project, facts);
     let rule = match facts.all_clear {
@@ -152,13 +156,6 @@ fn show(
     if !warnings.is_empty() {
         super::output::tell(&warnings);
     }
-    let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
-    let format = arguments.format.unwrap_or(match suffix {
-        Some("dot" | "gv") => Format::Dot,
-        Some("svg") => Format::Svg,
-        Some("json") => Format::Json,
-        _ => Format::Text,
-    });
     match format {
         Format::Text => target.write(&text::render(&studies))?,
         Format::Dot => target.write(&dot::render(&studies))?,

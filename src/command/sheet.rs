@@ -1,9 +1,9 @@
 //! Writes results that are lists: as text, JSON or CSV.
 
 use super::Failure;
-use super::options::format_of;
 use super::output::{self, Target, apart, say};
 use super::progress;
+use super::values::format_or_suffix;
 use clap::{Args, ValueEnum};
 use scanbound::report::format::{Detail, Extent};
 use std::io::{self, Write};
@@ -31,6 +31,7 @@ pub struct SheetOptions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SheetFormat {
     /// For people
+    #[value(alias = "txt")]
     Text,
     /// For programs (docs/json.md)
     Json,
@@ -66,14 +67,7 @@ impl SheetOptions {
         if self.quiet {
             progress::hide();
         }
-        let form = match self.format {
-            Some(form) => form,
-            None => match format_of(self.output.as_deref(), &["text", "json", "csv"])?.name {
-                "json" => SheetFormat::Json,
-                "csv" => SheetFormat::Csv,
-                _ => SheetFormat::Text,
-            },
-        };
+        let form = format_or_suffix(self.format, self.output.as_deref())?;
         let target = match (&self.output, self.quiet) {
             (None, true) => None,
             (file, _) => Some(Target::new(file.as_deref())?),

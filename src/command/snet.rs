@@ -12,7 +12,7 @@ mod terminal;
 mod translate;
 mod verify;
 
-pub(super) use draw::draw_marks;
+pub(super) use draw::MarksDrawing;
 pub(super) use net::read_sound;
 
 use super::{Failure, Outcome};

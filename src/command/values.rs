@@ -1,10 +1,14 @@
 //! Parses values of options. The message for a wrong value says what would be right.
 
+use super::Failure;
+use anyhow::anyhow;
+use clap::ValueEnum;
 use clap::builder::{PossibleValue, PossibleValuesParser};
 use scanbound::base::time::Picos;
 use scanbound::front::minasec::Minasec;
 use scanbound::front::{Dialect, FRONTS, Front};
 use scanbound::report::{FORMATS, format::Format};
+use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -13,6 +17,26 @@ const LONGEST_DELAY: u64 = 1_000_000_000_000_000;
 
 /// The most limits of counts for which the bound is computed.
 const MAX_COUNTS: usize = 8;
+
+/// The format that `--format` names, otherwise the one that a file's suffix names, otherwise the first. The names and
+/// aliases of the formats are their suffixes.
+pub fn format_or_suffix<F: ValueEnum>(named: Option<F>, file: Option<&Path>) -> Result<F, Failure> {
+    if let Some(format) = named {
+        return Ok(format);
+    }
+    let suffix = file.and_then(|file| Some((file, file.extension()?.to_str()?)));
+    let Some((file, suffix)) = suffix else { return Ok(F::value_variants()[0].clone()) };
+    F::from_str(suffix, true).map_err(|_| {
+        let all = F::value_variants().iter().filter_map(ValueEnum::to_possible_value);
+        let known: Vec<String> = all
+            .flat_map(|one| {
+                one.get_name_and_aliases().map(|end| format!(".{end}")).collect::<Vec<_>>()
+            })
+            .collect();
+        let (file, known) = (file.display(), known.join(", "));
+        anyhow!("{file}: no format of this command has this suffix: use one of {known}").into()
+    })
+}
 
 /// A whole number, at least 1.
 pub fn positive<T: FromStr + PartialOrd + From<u8>>(text: &str) -> Result<T, String> {

@@ -5,6 +5,7 @@ use crate::common::command::scanbound;
 use quick_junit::{Report, TestCaseStatus};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
+use scanbound::report::FORMATS;
 use serde_json::Value;
 use serde_sarif::sarif::Sarif;
 use std::fs;
@@ -225,6 +226,70 @@ fn one_run_writes_every_format_by_its_suffix() {
     }
 }
 
+/// The suffixes of all formats.
+fn suffixes() -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().flat_map(|format| format.suffixes).copied()
+}
+
+#[test]
+fn reports_in_the_directory_of_the_programs_are_not_taken_for_programs() {
+    let directory = project();
+    fs::write(directory.path().join("m.csv"), "scan_ms\n0.1\n").expect("written");
+    let programs = directory.path().join("programs");
+    fs::create_dir(&programs).expect("a directory");
+    fs::copy(directory.path().join("old.il"), programs.join("old.il")).expect("copied");
+    let all: Vec<&str> = suffixes().collect();
+    // A command, and the reports of each of its runs.
+    let lists: [&[&str]; 3] = [&["txt"], &["json"], &["csv"]];
+    let commands: [(&[&str], &[&[&str]]); 8] = [
+        (&["audit", "old.il"], &[&all]),
+        (&["check", "old.il", "--limit", "1us"], &[&all]),
+        (&["check", "old.il", "--limit", "1s"], &[&all]),
+        (&["compare", "old.il", "m.csv"], &[&all]),
+        (&["diff", "old.il", "new.il"], &[&all]),
+        (&["advise", "old.il"], &lists),
+        (&["doctor", "old.il"], &lists),
+        (&["cpus", "old.il"], &lists),
+    ];
+    let mut written = 0;
+    for (number, (command, runs)) in commands.iter().enumerate() {
+        for suffixes in *runs {
+            let file = |suffix| format!("programs/report-{number}.{suffix}");
+            let files: Vec<String> = suffixes.iter().map(file).collect();
+            let outputs = files.iter().flat_map(|file| ["-o", file]);
+            let whole: Vec<&str> = command.iter().copied().chain(HOW).chain(outputs).collect();
+            let output = scanbound(&whole, directory.path());
+            assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}", told(&output));
+            written += files.len();
+        }
+    }
+    let annotations = ["check", "old.il", "--limit", "1us", "--format", "github"];
+    let output = scanbound(&[&annotations[..], &HOW].concat(), directory.path());
+    fs::write(programs.join("annotations.txt"), output.stdout).expect("written");
+    let output = scanbound(&[&["audit", "programs"][..], &HOW].concat(), directory.path());
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+    // Besides the reports, the annotations and the program.
+    assert_eq!(fs::read_dir(&programs).expect("a directory").count(), written + 2);
+}
+
+#[test]
+fn a_suffix_names_the_format_of_a_chart_or_is_refused() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let chart = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/sfc/line.st");
+    for (file, begins) in
+        [("a.gv", "digraph"), ("a.SVG", "<svg"), ("a.json", "{"), ("a", "line.st")]
+    {
+        let output = scanbound(&["sfc", chart, "-o", file], directory.path());
+        let text = fs::read_to_string(directory.path().join(file)).expect(file);
+        assert!(text.contains(begins), "{file}: {}{text}", told(&output));
+    }
+    let output = scanbound(&["sfc", chart, "-o", "a.log"], directory.path());
+    assert_eq!(output.status.code(), Some(2), "{}", told(&output));
+    let all = "use one of .text, .txt, .dot, .gv, .svg, .json";
+    assert!(told(&output).contains(all), "{}", told(&output));
+    assert!(!directory.path().join("a.log").exists());
+}
+
 #[test]
 fn annotations_name_the_file_and_the_line() {
     let directory = project();
@@ -414,8 +479,8 @@ fn repository() -> tempfile::TempDir {
 #[test]
 fn all_projects_are_one_document_in_every_format() {
     let directory = repository();
-    let files = ["a.sarif", "a.xml", "a.md", "a.csv", "a.html", "a.json", "a.txt"];
-    let named: Vec<&str> = files.iter().flat_map(|file| ["-o", *file]).collect();
+    let files: Vec<String> = suffixes().map(|suffix| format!("a.{suffix}")).collect();
+    let named: Vec<&str> = files.iter().flat_map(|file| ["-o", file]).collect();
     let how = [&["check", "--all", "--format", "github"][..], &named].concat();
     let output = scanbound(&how, directory.path());
     assert_eq!(output.status.code(), Some(2), "{}", told(&output));

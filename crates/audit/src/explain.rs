@@ -196,6 +196,9 @@ fn at_operands(part: &Instruction) -> Instruction {
 }
 
 fn follow_of_choice(program: &Program, choice: ChoiceId) -> Follow {
+    if program.always_followed.contains(&choice) {
+        return Follow::Exactly;
+    }
     match program.kinds.get(&choice) {
         Some(ChoiceKind::Exact(meaning)) if values::follows(program, meaning) => Follow::Range,
         Some(ChoiceKind::Exact(_)) => Follow::RealRuns,

@@ -1,9 +1,9 @@
 //! `scanbound snet bound`.
 
-use super::draw::draw_marks;
+use super::draw::MarksDrawing;
 use super::net::{Initial, read_sound};
 use crate::command::options::{ProjectOptions, ReportOptions, SearchOptions};
-use crate::command::output::{Target, apart};
+use crate::command::output::apart;
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
 use scanbound::audit::{self, Request};
@@ -72,7 +72,7 @@ enum To {
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--draw", arguments.draw.as_deref())])?;
     let net = read_sound(&arguments.net, arguments.assign)?;
-    let drawing = arguments.draw.as_deref().map(|file| Target::new(Some(file))).transpose()?;
+    let drawing = arguments.draw.as_deref().map(MarksDrawing::new).transpose()?;
     let project = &arguments.project;
     let (reports, trace) = arguments.report.targets(project, &arguments.search)?;
     let relays = relays(&net);
@@ -95,8 +95,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         Err(failure) => return Err(reports.refused(project, failure)?),
     };
     trace.write(&audit)?;
-    if let (Some(drawing), Some(file)) = (drawing, &arguments.draw) {
-        draw_marks(&net, &audit, file, drawing)?;
+    if let Some(drawing) = drawing {
+        drawing.write(&net, &audit)?;
     }
     arguments.report.write(&audit, None, reports)?;
     Ok(Outcome::Done)

@@ -2,6 +2,7 @@
 
 use super::net::{Initial, read_sound};
 use crate::command::output::{Target, apart};
+use crate::command::values::format_or_suffix;
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
 use scanbound::report::netcheck::{Study, json, text};
@@ -37,7 +38,7 @@ pub struct Arguments {
     /// The output format
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<Format>,
-    /// The output file; its suffix names the format (.json .txt)
+    /// The output file; its suffix names the format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -45,6 +46,7 @@ pub struct Arguments {
 /// A format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
+    #[value(alias = "txt")]
     Text,
     Json,
 }
@@ -52,6 +54,7 @@ enum Format {
 /// Checks the net.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
+    let format = format_or_suffix(arguments.format, arguments.output.as_deref())?;
     let target = Target::new(arguments.output.as_deref())?;
     let diagram = read_sound(&arguments.net, false)?;
     let options = Options {
@@ -60,9 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     };
     let found = check(&diagram, options);
     let study = Study { diagram: &diagram, check: &found };
-    let suffix = arguments.output.as_ref().and_then(|file| file.extension()?.to_str());
-    let is_json = suffix == Some("json");
-    match arguments.format.unwrap_or(if is_json { Format::Json } else { Format::Text }) {
+    match format {
         Format::Text => target.write(&text::render(&study))?,
         Format::Json => target.fill(|out| json::write(&study, out))?,
     }

@@ -2,6 +2,7 @@
 
 use super::net::read;
 use crate::command::output::{Target, apart};
+use crate::command::values::format_or_suffix;
 use crate::command::{Failure, Outcome};
 use clap::{Args, ValueEnum};
 use scanbound::audit::Audit;
@@ -27,31 +28,21 @@ pub struct Arguments {
     /// The format of the drawing
     #[arg(long, value_enum, value_name = "FORMAT")]
     format: Option<Format>,
-    /// The output file; its suffix names the format (.svg .dot)
+    /// The output file; its suffix names the format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
 
 /// A format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum Format {
+enum Format {
     Svg,
+    #[value(alias = "gv")]
     Dot,
 }
 
-impl Format {
-    /// The requested format, otherwise the one that a file's suffix names.
-    pub(super) fn of(file: &Path, asked: Option<Format>) -> Format {
-        let suffix = file.extension().and_then(|suffix| suffix.to_str());
-        asked.unwrap_or(match suffix {
-            Some("dot" | "gv") => Format::Dot,
-            _ => Format::Svg,
-        })
-    }
-}
-
 /// A net in this format, with the marks and notes of a view.
-pub(super) fn picture(diagram: &Diagram, view: &View, format: Format) -> String {
+fn picture(diagram: &Diagram, view: &View, format: Format) -> String {
     match format {
         Format::Svg => svg::render(diagram, &sheets(diagram), view),
         Format::Dot => dot::render(diagram, view),
@@ -63,21 +54,28 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     apart(&[&arguments.net], &[("--output", arguments.output.as_deref())])?;
     let target = Target::new(arguments.output.as_deref())?;
     let diagram = read(&arguments.net)?;
-    let file = arguments.output.as_deref().unwrap_or(Path::new(""));
-    let format = Format::of(file, arguments.format);
+    let format = format_or_suffix(arguments.format, arguments.output.as_deref())?;
     target.write(&picture(&diagram, &View::initial(&diagram), format))?;
     Ok(Outcome::Done)
 }
 
-/// Draws a net with the marks at the start of an audit's longest scan.
-pub(in crate::command) fn draw_marks(
-    net: &Diagram,
-    audit: &Audit,
-    file: &Path,
-    drawing: Target,
-) -> Result<(), Failure> {
-    let Some(found) = &audit.net else { return Ok(()) };
-    let view = View::marked(net, &found.places);
-    let picture = picture(net, &view, Format::of(file, None));
-    drawing.write(&picture)
+/// A picture of the net with the marks at the start of an audit's longest scan.
+pub(in crate::command) struct MarksDrawing {
+    target: Target,
+    format: Format,
+}
+
+impl MarksDrawing {
+    /// The picture that goes to a file, in the format of its suffix.
+    pub(in crate::command) fn new(file: &Path) -> Result<MarksDrawing, Failure> {
+        let format = format_or_suffix(None, Some(file))?;
+        Ok(MarksDrawing { target: Target::new(Some(file))?, format })
+    }
+
+    /// Writes it, if the audit found how the net affects the scan.
+    pub(in crate::command) fn write(self, net: &Diagram, audit: &Audit) -> Result<(), Failure> {
+        let Some(found) = &audit.net else { return Ok(()) };
+        let view = View::marked(net, &found.places);
+        self.target.write(&picture(net, &view, self.format))
+    }
 }

@@ -75,7 +75,9 @@ pub struct Arguments {
 /// The format of lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
+    #[value(alias = "txt")]
     Text,
+    #[value(alias = "jsonl")]
     Json,
 }
 
@@ -107,10 +109,11 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         polls: 0,
         failed: 0,
     };
+    let format = values::format_or_suffix(arguments.format, arguments.output.as_deref())?;
     let lines = arguments.format.is_some() || arguments.output.is_some();
     if lines || !std::io::stdout().is_terminal() {
         let mut sink = Sink::open(Target::new(arguments.output.as_deref())?)?;
-        let written = watch.lines(&mut sink, &stop);
+        let written = watch.lines(format, &mut sink, &stop);
         sink.finish(written)?;
     } else {
         let mut terminal = ratatui::try_init().map_err(|why| anyhow!("no terminal: {why}"))?;
@@ -155,40 +158,36 @@ impl Watch<'_> {
     }
 
     /// Writes one line per poll, or per change.
-    fn lines(&mut self, sink: &mut Sink, stop: &AtomicBool) -> std::io::Result<()> {
-        let is_json = match (self.arguments.format, &self.arguments.output) {
-            (Some(format), _) => format == Format::Json,
-            (None, Some(file)) => {
-                file.extension().is_some_and(|suffix| suffix == "json" || suffix == "jsonl")
-            }
-            (None, None) => false,
-        };
+    fn lines(&mut self, format: Format, sink: &mut Sink, stop: &AtomicBool) -> std::io::Result<()> {
         let mut last = String::new();
         while self.goes_on(stop) {
             let read = self.poll();
             let since = self.begun.elapsed();
-            if is_json {
-                let line = match &read {
-                    Ok(reading) => readings::json(self.diagram, since, reading),
-                    Err(fault) => readings::json_fault(since, &fault.to_string()),
-                };
-                sink.write_all(line?.as_bytes())?;
-                sink.flush()?;
-            } else {
-                let line = match &read {
-                    Ok(reading) => {
-                        let from = match reading.is_of_one_moment() {
-                            true => String::new(),
-                            false => format!(" [from {} answers]", reading.answers),
-                        };
-                        readings::text(self.diagram, reading) + &from
-                    }
-                    Err(fault) => format!("fault: {fault}"),
-                };
-                if line != last {
-                    writeln!(sink, "{:8.2} s  {line}", since.as_secs_f64())?;
+            match format {
+                Format::Json => {
+                    let line = match &read {
+                        Ok(reading) => readings::json(self.diagram, since, reading),
+                        Err(fault) => readings::json_fault(since, &fault.to_string()),
+                    };
+                    sink.write_all(line?.as_bytes())?;
                     sink.flush()?;
-                    last = line;
+                }
+                Format::Text => {
+                    let line = match &read {
+                        Ok(reading) => {
+                            let from = match reading.is_of_one_moment() {
+                                true => String::new(),
+                                false => format!(" [from {} answers]", reading.answers),
+                            };
+                            readings::text(self.diagram, reading) + &from
+                        }
+                        Err(fault) => format!("fault: {fault}"),
+                    };
+                    if line != last {
+                        writeln!(sink, "{:8.2} s  {line}", since.as_secs_f64())?;
+                        sink.flush()?;
+                        last = line;
+                    }
                 }
             }
             std::thread::sleep(self.pause(&read));

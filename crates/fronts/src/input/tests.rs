@@ -125,6 +125,24 @@ fn what_may_be_a_program_is_not_left_out() {
 }
 
 #[test]
+fn a_label_or_a_comment_in_the_words_of_a_report_is_no_report() {
+    let read = |text: &str| {
+        let scratch =
+            Scratch::new("words", &[("a.csv", CSV.as_bytes()), ("b.txt", text.as_bytes())]);
+        scratch.gather().map(|_| ()).map_err(|found| found[0].code.name())
+    };
+    assert_eq!(read("The bound is 5 us; no single statement lowers that.\n"), Ok(()));
+    assert_eq!(
+        read("line/scanbound.toml\nREFUTED: a scan takes 5 us, the limit is\n1 us\n"),
+        Ok(())
+    );
+    for text in ["PROVED: LD scan\nST lamp\n", "// No scan takes longer than 5 us here\nLD lamp\n"]
+    {
+        assert_eq!(read(text), Err("unknown-dialect"), "{text}");
+    }
+}
+
+#[test]
 fn paths_that_give_nothing_or_the_same_twice() {
     let scratch = Scratch::new("twice", &[("a.csv", CSV.as_bytes())]);
     let a = scratch.0.join("a.csv");
