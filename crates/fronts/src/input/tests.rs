@@ -136,7 +136,8 @@ fn a_label_or_a_comment_in_the_words_of_a_report_is_no_report() {
         read("line/scanbound.toml\nREFUTED: a scan takes 5 us, the limit is\n1 us\n"),
         Ok(())
     );
-    for text in ["PROVED: LD scan\nST lamp\n", "// No scan takes longer than 5 us here\nLD lamp\n"]
+    for text in
+        ["PROVED: LD scan\nST lamp\n", "// No scan takes longer than 5 us here\nLD scan\nST lamp\n"]
     {
         assert_eq!(read(text), Err("unknown-dialect"), "{text}");
     }
