@@ -284,7 +284,7 @@ fn signs_in_drawn_conditions_are_refused_where_generators_leave_them_out() {
         let value = "<connectionPointIn><connection refLocalId=\"14\"/></connectionPointIn>";
         let body = chart(&[], value).replace("<condition>", &format!("<condition{negated}>"));
         let body = body.replace("</SFC>", &format!("<leftPowerRail localId=\"0\"/>{source}</SFC>"));
-        project("", "v:BOOL x:BOOL", &body.replace("<actionBlock", "<actionBlock"), "TRUE")
+        project("", "v:BOOL x:BOOL", &body, "TRUE")
     };
     let plain = wired(14, "v");
     let text = told(&plain, "");
