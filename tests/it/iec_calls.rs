@@ -2,7 +2,9 @@
 //! outputs, and how often they call what is an operand.
 
 use crate::common::audited::{audited, table};
+use crate::common::iec::probe;
 use scanbound::base::facts::Facts;
+use scanbound::passes::values::Trust;
 
 const UNITS: &str = "
     FUNCTION F : INT VAR_INPUT a : INT; b : INT := 3; END_VAR VAR_OUTPUT o : INT; END_VAR VAR l : INT := 7; END_VAR
@@ -137,4 +139,19 @@ fn operands_of_xor_and_mod_may_be_worked_out_twice() {
     assert!(times("x := f.Up() MOD 3;", "CAL").is_ok());
     let chain = "Is(a) XOR ".repeat(12);
     assert!(times(&format!("q := {chain} a;"), "CAL").is_err());
+}
+
+#[test]
+fn a_variable_that_hides_a_function_is_not_called() {
+    for variable in ["Is : INT;", "Is : REF_TO INT;"] {
+        let text = |call: &str| {
+            format!(
+                "FUNCTION Is : BOOL Is := TRUE; END_FUNCTION
+                 PROGRAM main VAR {variable} n : INT; END_VAR {call} n := 1; END_PROGRAM"
+            )
+        };
+        let audit = |call: &str| probe::audited(&[("m.st", &text(call))], "", Trust::None);
+        assert!(audit("").is_ok());
+        assert!(audit("Is();").is_err_and(|why| why.contains("cannot be called")), "{variable}");
+    }
 }

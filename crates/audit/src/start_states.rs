@@ -234,9 +234,10 @@ impl<'a> States<'a> {
             left.retain(|cell| {
                 let mut places = (at..).zip(cell);
                 at += cell.len();
-                // What the program never changes is changed by others. No lower bound rests on what others write to
-                // a timer or a counter.
-                exclusive.takes_any_value(cell[0])
+                // What the program never changes is changed by others, but the flags of a chart are by nobody. No lower
+                // bound rests on what others write to a timer or a counter.
+                self.program.charts.active.contains(&cell[0].cell())
+                    || exclusive.takes_any_value(cell[0])
                     || places.any(|(at, &bit)| {
                         let changed = [(at, !self.initial(bit))];
                         !matches!(states.occurs(&changed), StartState::Excluded(_))

@@ -253,8 +253,10 @@ fn cj(name: &str, list: &str, more: &str) -> Value {
                  @counter,0.1,\n@shift,0.1,\n@jump,0.1,\n@loop,0.1,\nCJP,100,10\nBREAK,40,10\nEND,1,\n";
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-timers");
     std::fs::create_dir_all(&directory).expect("a directory");
-    std::fs::write(directory.join("cj.csv"), table).expect("a file");
-    let arguments = CJ.replace("cj.csv", directory.join("cj.csv").to_str().expect("a name"));
+    // A file for each list: tests run at the same time.
+    let file = directory.join(format!("{name}.csv"));
+    std::fs::write(&file, table).expect("a file");
+    let arguments = CJ.replace("cj.csv", file.to_str().expect("a name"));
     let run = on_list(name, list, &format!("{arguments} {more}"));
     assert_eq!(run.code, Some(0), "{}{}", run.stdout, run.stderr);
     run.json()

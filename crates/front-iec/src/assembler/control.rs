@@ -13,6 +13,17 @@ pub(crate) struct Whole {
     pub(crate) reset_only_stored: Logic,
     /// Whether the body of an action that ends is not carried out once more.
     pub(crate) no_final_scan: Logic,
+    /// Whether the initial steps are active in the first scan without being entered.
+    pub(crate) not_entered: Logic,
+    /// The initial steps.
+    pub(crate) initial: Vec<usize>,
+}
+
+impl Whole {
+    /// Whether an initial step is among those of an input.
+    fn has_initial(&self, feed: &Feed) -> bool {
+        feed.steps.iter().any(|step| self.initial.contains(step))
+    }
 }
 
 /// What comes of an action's control.
@@ -85,7 +96,7 @@ impl Assembler {
         for ((feed, input), at_once) in inputs {
             keep.push(set(input.was, memory.active(&feed.steps)));
             let resets = action.has_reset().then_some(&reset);
-            let given = self.input(memory, (feed, input), at_once, resets, &mut changes);
+            let given = self.input((memory, whole), (feed, input), at_once, resets, &mut changes);
             match feed.qualifier {
                 Qualifier::R | Qualifier::S => {}
                 Qualifier::P1 | Qualifier::P0 => pulses.push(given.on),
@@ -165,14 +176,27 @@ impl Assembler {
     /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
     fn input(
         &mut self,
-        memory: &Memory,
+        (memory, whole): (&Memory, &Whole),
         (feed, input): (&Feed, &InputMemory),
         at_once: &Logic,
         reset: Option<&Logic>,
         changes: &mut Vec<Write>,
     ) -> Given {
         let steps = &feed.steps;
-        let active = memory.active(steps);
+        let mut active = memory.active(steps);
+        // On controllers that do not enter initial steps in the first scan, what is stored with a time begins where a
+        // step is entered.
+        if matches!(feed.qualifier, Qualifier::Sd | Qualifier::Sl) && whole.has_initial(feed) {
+            let by_itself = all([active, whole.not_entered.clone().not()]);
+            active = any([by_itself, entered(memory, steps)]);
+        }
+        if feed.qualifier == Qualifier::Ds
+            && whole.has_initial(feed)
+            && whole.not_entered != Logic::Const(false)
+        {
+            let stored = self.any_bit("whether DS stores the action of an initial step");
+            active = all([active, any([whole.not_entered.clone().not(), stored])]);
+        }
         // Steps of one input come in together by the standard, each by itself on others.
         let apart = match steps.len() {
             2.. => self.differs("each step of an action has pulses and times of its own"),

@@ -126,7 +126,8 @@ impl Assembler {
         let none = signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         self.write_if(none, vec![put(time, constant(0, 2))], None);
         // What a time that changes leaves of a run that is over, controllers differ.
-        let stays = all([changes, anew.not()]);
+        let other = self.differs("ET of a timer that is over stays as it is when its time changes");
+        let stays = all([changes, any([anew.not(), other])]);
         let no = Logic::not;
         // What is left of the time of a timer at rest, controllers differ.
         let rest = self.differs("a timer at rest has another ET");

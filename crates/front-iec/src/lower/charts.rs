@@ -22,6 +22,9 @@ use scanbound_ir::{Cell, Logic, Step, Tag};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
+/// What matiec does differently when a chart begins.
+const NOT_ENTERED: &str = "initial steps are not entered in the first scan";
+
 /// A chart that is lowered.
 pub(super) struct Own<'c> {
     pub(super) at: &'c Context,
@@ -149,7 +152,7 @@ impl<'t> Lower<'t> {
         let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
         let actions_first = self.options.charts.actions_first;
         if actions_first {
-            self.act(&own);
+            self.act(&own, may_be_matiec);
         }
         let looks = match may_be_matiec {
             true => all([first, self.differs("the first scan looks at transitions")]),
@@ -160,7 +163,7 @@ impl<'t> Lower<'t> {
         self.land(skip);
         self.landing();
         if !actions_first {
-            self.act(&own);
+            self.act(&own, may_be_matiec);
         }
         if let Some(stop) = stop {
             self.land(stop);
@@ -181,13 +184,21 @@ impl<'t> Lower<'t> {
             resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
         }
         let entered = match may_be_matiec {
-            true => self.differs("initial steps are not entered in the first scan"),
+            true => self.differs(NOT_ENTERED),
             false => Logic::Const(false),
         };
         let entered = all([first.clone(), entered]);
         for (&cell, step) in memory.were.iter().zip(&own.written.steps) {
             let was = if step.initial { entered.clone() } else { Logic::Const(false) };
             resets.push(set(cell, was));
+        }
+        // A pulse comes where a step is entered.
+        for action in &memory.actions {
+            let pulses = action.feeds.iter().zip(&action.inputs).filter(|(feed, _)| {
+                matches!(feed.qualifier, Qualifier::P | Qualifier::P1)
+                    && feed.steps.iter().any(|&step| own.written.steps[step].initial)
+            });
+            resets.extend(pulses.map(|(_, input)| set(input.was, entered.clone())));
         }
         self.write_if(begins.clone(), resets, None);
         self.times_begin(memory, begins);
@@ -272,7 +283,7 @@ impl<'t> Lower<'t> {
     }
 
     /// Steps, then what they execute as they end, as they begin and while they are active, then actions.
-    fn act(&mut self, own: &Own<'_>) {
+    fn act(&mut self, own: &Own<'_>, may_be_matiec: bool) {
         let (chart, memory) = (own.written, &own.memory);
         for (step, one) in chart.steps.iter().enumerate() {
             self.at(one.line, &format!("STEP {}", one.name));
@@ -289,6 +300,11 @@ impl<'t> Lower<'t> {
         let whole = Whole {
             reset_only_stored: self.differs("R holds off only what is stored"),
             no_final_scan: self.differs("actions have no final scan"),
+            not_entered: match may_be_matiec {
+                true => self.differs(NOT_ENTERED),
+                false => Logic::Const(false),
+            },
+            initial: (0..chart.steps.len()).filter(|&step| chart.steps[step].initial).collect(),
         };
         let mut outputs = Vec::new();
         for (one, action) in own.chart.actions.iter().zip(&memory.actions) {

@@ -594,7 +594,11 @@ impl Resolver<'_> {
         }
         let around = self.before.len();
         match self.path(scope, target, line) {
-            Ok(Found::Place(place)) => return self.instance_called(scope, place, given, line),
+            Ok(Found::Place(place)) => {
+                let hides =
+                    target.as_name().is_some_and(|name| self.index.function(name).is_some());
+                return self.instance_called(scope, place, given, hides, line);
+            }
             Ok(Found::Property(_)) if !given.is_empty() => {
                 return Err(property_here(line, &show::path(target)));
             }
@@ -648,6 +652,7 @@ impl Resolver<'_> {
         scope: Scope,
         place: Place,
         given: &[Given<'_>],
+        hides_function: bool,
         line: u32,
     ) -> Result<StatementKind, Fault> {
         let (target, callee) = match *self.tree.types.get(place.ty) {
@@ -656,6 +661,11 @@ impl Resolver<'_> {
                 (Target::Program(place, unit), Callee::Named(unit))
             }
             Type::Block(unit) => (Target::Instance(place, unit), Callee::Unit(unit)),
+            _ if hides_function || !given.is_empty() => {
+                let what = format!("{} is a variable, which cannot be called", place.text);
+                let help = "rename the variable if the function of this name is meant";
+                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+            }
             // A name alone does nothing.
             _ => return Ok(StatementKind::Nothing),
         };
