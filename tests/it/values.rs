@@ -424,7 +424,10 @@ fn counts_are_stated_of_places_that_count() {
             "\"a.txt\" = 5",
             "no instruction reads a number of iterations or units from the word 'a.txt'",
         ),
-        ("\"a.txt:x\" = 5", "'a.txt:x' is not the place of an instruction"),
+        (
+            "\"a.txt:x\" = 5",
+            "'a.txt:x' does not end with a line number (FILE:543) or a step (FILE:step 120)",
+        ),
         (
             "\"a.txt:2\" = 40000",
             "the number of iterations or units of `FOR D50` at a.txt:2 is never 40000 to 40000",

@@ -134,7 +134,12 @@ pub(super) fn at(
         None => (false, number),
     };
     let Ok(number) = digits.parse::<u32>() else {
-        return Err((format!("'{place}' is not the place of an instruction"), form));
+        return Err((
+            format!(
+                "'{place}' does not end with a line number (FILE:543) or a step (FILE:step 120)"
+            ),
+            form,
+        ));
     };
     let files = matching(program, file);
     let [file] = files[..] else {

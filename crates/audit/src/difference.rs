@@ -88,7 +88,7 @@ pub struct Difference {
     /// The rungs whose text, place or time changed: first edited and moved rungs, then rungs of which only the time
     /// changed, last rungs with the same time. In each of the three, the largest change of time comes first.
     pub changes: Vec<Change>,
-    /// The number of rungs whose text, place and time did not change.
+    /// The number of rungs whose text, place among the other rungs, and time did not change.
     pub unchanged: usize,
     /// The change of the bound that belongs to no rung, in picoseconds: of overhead, of what the search left open, and
     /// of the table's factor.

@@ -19,7 +19,7 @@ struct State {
     at: usize,
     /// The condition that the tests so far have computed.
     holds: bool,
-    /// The outputs whose value is known, and inputs that have an image.
+    /// The known values of outputs that the routine tests, and of inputs that have an image (known after a test).
     bits: BTreeMap<u32, bool>,
     /// The timers whose state is known: whether each was started in an earlier pass.
     timers: BTreeMap<u32, bool>,

@@ -129,7 +129,7 @@ pub(super) enum Category {
     Control(Control),
     /// A coil: OUT, SET and similar instructions.
     Coil,
-    /// An application instruction that the catalog lists.
+    /// An application instruction that the catalog lists, or a dedicated one for which a row was made up.
     Listed(CatalogMatch),
     /// A user-defined instruction with a row in the timing table.
     User,

@@ -178,7 +178,7 @@ fn store(source: &mut Source, address: usize, byte: u8, line: u32, faults: &mut 
             line,
             &word.to_string(),
             &format!("word {address} writes to the input {}", word.device()),
-            "an input cannot be written: clear the program memory before you write the program",
+            "an input cannot be written: if the program does not have this word, it is left from before: clear the program memory, then write the program again",
         );
     }
     if let Some(first) = source.lines.insert(address as u8, line) {

@@ -107,7 +107,8 @@ const UNLISTED: &str = "unlisted tasks";
 /// The largest number of input and output words of any CPU.
 const MAX_POINTS: u32 = 320;
 
-/// The subroutines that interrupts may run, in addition to those that nothing calls.
+/// The subroutines that the instructions INT, STIM and CTBL (C series) let interrupts run. If any of these occurs,
+/// interrupts may also run the subroutines that nothing calls; they are not listed here.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Interrupted {
     /// Whether the program enables any interrupt that may run a subroutine.

@@ -324,7 +324,8 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
         unit_size: units.size,
         most_units: units.most,
         also: line.cell("also").split_terminator(';').collect(),
-        extra: V::extra(&line).ok_or_else(|| wrong("a column of this dialect is malformed"))?,
+        extra: V::extra(&line)
+            .ok_or_else(|| wrong("a column that only this dialect's catalog has is malformed"))?,
     })
 }
 
