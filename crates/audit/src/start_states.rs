@@ -334,11 +334,8 @@ impl<'a> States<'a> {
         };
         match real::standing(program, summary, model, variable) {
             _ if choice.is_some_and(is_zero) => Treatment::Zero,
-            Treatment::Unknown
-                if !choice.is_some_and(|choice| is_counted(choice) || is_reading(choice)) =>
-            {
-                Treatment::Free
-            }
+            _ if choice.is_some_and(is_reading) => Treatment::Unknown,
+            Treatment::Unknown if !choice.is_some_and(is_counted) => Treatment::Free,
             known => known,
         }
     }

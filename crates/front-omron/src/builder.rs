@@ -129,9 +129,14 @@ impl OmronBuilder {
         Logic::Bit(BitSource::Free(choice))
     }
 
-    /// The expression that says whether an input of the instruction changed since its last execution.
+    /// The expression that says whether an input of the instruction changed since its last execution. In an interlock
+    /// it is a reading: CPUs differ in what they remember of an input while the interlock is active.
     pub(super) fn changed(&mut self) -> Logic {
-        Logic::Bit(BitSource::Free(self.earlier_choice()))
+        let choice = self.earlier_choice();
+        if self.interlocked {
+            self.out.program.timekeeping.readings.insert(choice);
+        }
+        Logic::Bit(BitSource::Free(choice))
     }
 
     /// A new cell in which the instruction remembers one of its inputs. `None` if it may run several times in a scan or

@@ -197,7 +197,7 @@ pub(super) fn timer(builder: &mut OmronBuilder, item: &Item<'_>) {
     let at = builder.act(fires, effects, Some(key));
     builder.counter_resets.extend(reset.map(|flags| (at, flags)));
     if let ("timer", Some(Operand::Flag(flag))) = (item.meaning(), item.operands.first()) {
-        note_timer(builder, item, at, *flag, 0);
+        note_timer(builder, item, at, *flag, (0, Vec::new()));
     }
     if let Some(setting) = set {
         setting.note(builder);
@@ -333,7 +333,9 @@ pub(super) fn branched(builder: &mut OmronBuilder, item: &Item<'_>) {
     if let ("counter" | "timer-holding" | "counter-reversible", Some(Operand::Flag(flag))) =
         (item.meaning(), item.operands.first())
     {
-        note_timer(builder, item, whole, *flag, branches);
+        let counting = remembered.iter().flat_map(|inputs| &inputs.0);
+        let seen = counting.map(|&(_, memory)| memory).collect();
+        note_timer(builder, item, whole, *flag, (branches, seen));
     }
     if let Some(inputs) = remembered {
         inputs.remember(builder, reset);
@@ -394,8 +396,15 @@ fn time_base(item: &Item<'_>) -> Option<Picos> {
     }))
 }
 
-/// Records how the emulated CPU runs the timer or counter that begins at an instruction.
-fn note_timer(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell, branches: u32) {
+/// Records how the emulated CPU runs the timer or counter that begins at an instruction. `seen` has the hidden bits of
+/// its counting inputs.
+fn note_timer(
+    builder: &mut OmronBuilder,
+    item: &Item<'_>,
+    at: usize,
+    flag: Cell,
+    (branches, seen): (u32, Vec<Option<Cell>>),
+) {
     let manner = match (item.meaning(), time_base(item)) {
         ("timer", Some(step)) => TimerKind::DownTimer(step),
         ("timer-holding", Some(step)) => TimerKind::RetentiveTimer(step),
@@ -414,6 +423,7 @@ fn note_timer(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, flag: Cell
         setting,
         is_decimal: !item.row.is_some_and(|row| row.mnemonic.ends_with('X')),
         inputs: (0..branches).map(|branch| BRANCHES + branch).collect(),
+        seen,
         // A reset makes the present value unknown.
         running: None,
         parts: at + 1..builder.next(),

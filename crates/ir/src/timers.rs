@@ -49,6 +49,9 @@ pub struct TimerOrCounter {
     pub is_decimal: bool,
     /// The slots in which the values of the inputs were saved. A timer without inputs uses the instruction's condition.
     pub inputs: Vec<u32>,
+    /// For each counting input of a counter, the bit in which the instruction remembers it. `None` if this is not
+    /// followed, as in an interlock: then a run does not know whether the input rises.
+    pub seen: Vec<Option<Cell>>,
     /// The bit that says whether the timer runs, if an instruction that resets a running timer makes it unknown.
     /// Manuals leave open whether the timer then goes on from 0 or starts anew when it is executed next.
     pub running: Option<Cell>,

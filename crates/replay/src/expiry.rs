@@ -152,7 +152,7 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// The completion flag and the present value after a timer or counter was executed. `None` if time is not
-    /// simulated, or its cells or its set value are unknown.
+    /// simulated, if its cells or its set value are unknown, or if a run does not know whether a counting input rises.
     pub(super) fn executed(
         &mut self,
         timed: &TimerOrCounter,
@@ -169,10 +169,34 @@ impl<'p, F: FreeValues> State<'p, F> {
         let (flag, present) = (self.read(timed.flag) & 1 == 1, self.read(timed.present));
         let doubt = std::mem::replace(&mut self.doubt, outer);
         let is_known = doubt.is_none();
+        let seen = self.seen(timed);
+        let counts = condition && inputs.last() == Some(&false);
+        let is_open = counts && inputs.iter().zip(&seen).any(|(&on, seen)| on && seen.is_none());
         let was_reset = timed.running.is_some_and(|running| self.end_value(running).1 != 0);
-        let found =
-            TimedInputs { now, condition, inputs, setting, flag, present, is_known, was_reset };
-        if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) }
+        let found = TimedInputs {
+            now,
+            condition,
+            inputs,
+            seen,
+            setting,
+            flag,
+            present,
+            is_known,
+            was_reset,
+        };
+        let after = if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) };
+        after.filter(|_| !is_open)
+    }
+
+    /// For each counting input of a counter, whether it was on at the last execution. `None` if that is unknown. Empty
+    /// if the run is not one whose scans follow each other from power-up.
+    fn seen(&mut self, timed: &TimerOrCounter) -> Vec<Option<bool>> {
+        if !self.free.counts_time() {
+            return Vec::new();
+        }
+        let memories = timed.seen.iter();
+        let value = |(value, unknown): (u16, u16)| (unknown & 1 == 0).then_some(value & 1 == 1);
+        memories.map(|memory| memory.and_then(|cell| value(self.end_value(cell)))).collect()
     }
 }
 

@@ -28,6 +28,8 @@ pub struct TimedInputs {
     pub condition: bool,
     /// The values of the instruction's input contacts, in the order in which the program gives them.
     pub inputs: Vec<bool>,
+    /// What a counter remembers of its counting inputs, where the cells of a run say it.
+    pub seen: Vec<Option<bool>>,
     /// The set value as a word, binary or BCD as the instruction expects it.
     pub setting: u16,
     /// The completion flag of the timer or counter before the execution.
@@ -113,7 +115,7 @@ impl TimerMemory {
             TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => !found.condition || !runs,
             TimerKind::UpTimer(_, true) => false,
             TimerKind::RetentiveTimer(_) | TimerKind::DownCounter | TimerKind::RingCounter => {
-                resets
+                found.condition && resets
             }
         };
         (is_new || (found.is_known && !was_skipped)).then_some(left)
@@ -156,7 +158,7 @@ impl TimerMemory {
                 let [runs, resets] = [0, 1].map(|at| found.inputs.get(at) == Some(&true));
                 let runs = TimedInputs { condition: found.condition && runs, ..found.clone() };
                 match self.passed(timed.flag, base, &runs) {
-                    _ if resets => (false, 0),
+                    _ if found.condition && resets => (false, 0),
                     None => (flag, present_before),
                     Some(passed) => {
                         let at = present_before.saturating_add(passed.ticks).min(setting);
@@ -203,8 +205,8 @@ impl TimerMemory {
             return (flag, present_before);
         }
         let were = self.were.insert(timed.flag, found.inputs.clone()).unwrap_or_default();
-        let rises =
-            |at: usize| found.inputs.get(at) == Some(&true) && were.get(at).copied() != Some(true);
+        let was = |at: usize| found.seen.get(at).copied().flatten().or(were.get(at).copied());
+        let rises = |at: usize| found.inputs.get(at) == Some(&true) && was(at) != Some(true);
         match (is_down, rises(0), !is_down && rises(1)) {
             _ if resets => (false, start),
             (true, true, _) if present_before > 0 => (present_before == 1, present_before - 1),

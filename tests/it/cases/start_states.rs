@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Nothing takes time but END (9 ms, or 60 ms) and SwA (50 us where it fires, else 1 us).
 const TABLE: &str = "instruction,on_us,off_us\n@watchdog,200000,\n@contact,0,0\n@compare,0,0\n@coil,0,0\n@timer,0,0\n\
-                     @counter,0,0\n@set,0,0\n@pulse,0,0\n@move,0,0\n@jump,0,0\n@block,0,0\n@loop,0,0\n@nothing,0,0\n@special,0,0\nSwA,50,1\n";
+                     @counter,0,0\n@set,0,0\n@pulse,0,0\n@move,0,0\n@jump,0,0\n@block,0,0\n@loop,0,0\n@nothing,0,0\n@special,0,0\n@master,0,0\n@shift,0,0\nSwA,50,1\n";
 
 /// The JSON report on a list in which END takes so many milliseconds.
 fn report(name: &str, cpu: &str, list: &str, [end_ms, trust]: [&str; 2]) -> Value {
@@ -177,6 +177,29 @@ fn no_lower_bound_of_omron_rests_on_one_reading_of_a_reset() {
             assert!(upper_ns(&report) >= 60_050_000, "{name} {contact}: {report}");
         }
     }
+}
+
+#[test]
+fn no_lower_bound_rests_on_what_an_input_in_an_omron_interlock_was() {
+    // What counters, SFT and DIFU remember of their inputs while the interlock is active is open.
+    let held = [
+        ("count", "C0000", "LD P_On\nLD 0.02\nCNT 0000 #0002\n"),
+        ("either", "C0000", "LD P_On\nLD 0.01\nLD NOT 0.02\nCNTR(012) 0000 #0001\n"),
+        ("shift", "W0.00", "LD P_On\nLD P_On\nLD 0.02\nSFT(010) W0 W0\n"),
+        ("pulse", "W0.00", "LD P_On\nDIFU(013) W0.00\n"),
+    ];
+    for (name, flag, body) in held {
+        let list =
+            |begin: &str, end: &str| format!("LD {flag}\nSwA D100\n{begin}{body}{end}END(001)\n");
+        let name = format!("interlocked-{name}.il");
+        let report =
+            report(&name, "CJ2M", &list("LD 0.01\nIL(002)\n", "ILC(003)\n"), ["60", "all"]);
+        assert!(lower_ns(&report) < 60_050_000, "{name}: {report}");
+        assert!(upper_ns(&report) >= 60_050_000, "{name}: {report}");
+    }
+    // Outside of an interlock the edges are followed.
+    let counts = "LD C0000\nSwA D100\nLD 0.01\nLD 0.02\nCNT 0000 #0002\nEND(001)\n";
+    assert_eq!(fires("counts.il", "CJ2M", counts, "60"), (true, true));
 }
 
 #[test]

@@ -110,6 +110,7 @@ impl Lowering<'_> {
             setting,
             is_decimal: false,
             inputs: Vec::new(),
+            seen: Vec::new(),
             running: Some(cell(timed.coil)),
             parts: at + 1..at + 1,
         };
