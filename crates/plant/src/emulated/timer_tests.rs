@@ -157,6 +157,28 @@ fn an_interlock_resets_timers_and_holds_counters() {
 }
 
 #[test]
+fn an_active_interlock_resets_no_accumulative_timer() {
+    let text = "LD 0.15\nIL\nLD 0.00\nLD 0.01\nTTIM 5 #9\nILC\nEND\n";
+    let input = Input { name: "a.il".to_owned(), bytes: text.as_bytes().to_vec() };
+    let facts = Facts::default();
+    let options = Options { family: Some("cj"), ..Options::new(&facts) };
+    let project = scanbound_fronts::read(&[input], Some("omron-cx")).expect("a program");
+    let program = project.decode(&options).expect("a sound one");
+    let times = times(&program, Picos::ZERO);
+    let mut cpu = cpu(&program, &times);
+    let mut next = |bits: u16, ms: u64| {
+        let word = cpu.named("CIO0").expect("an input word");
+        cpu.set(word, bits);
+        while cpu.clock() < Picos(ms * MS) {
+            cpu.scan().expect("it runs");
+        }
+        cpu.words("TPV", 5, 1).expect("a value")[0]
+    };
+    assert_eq!([next(0x8002, 5), next(0x8001, 310), next(0x0002, 320)], [0, 3, 3]);
+    assert_eq!(next(0x8002, 330), 0);
+}
+
+#[test]
 fn bits_of_words_are_set_and_read_by_name() {
     let program = c200h("LD 00001\nOUT HR0107\nEND\n");
     let times = times(&program, Picos::ZERO);
