@@ -54,9 +54,9 @@ impl Memory {
         self.cells.get(&cell).copied().or_else(is_lost)
     }
 
-    /// Applies the changes of a scan. Returns the cells that the scan read or wrote and that now differ from this memory,
-    /// also those that it did not hold yet. Of a large havocked region, cells that the scan did not access are not
-    /// returned.
+    /// Applies the changes of a scan. Returns the cells that the scan read or wrote and that now differ from this
+    /// memory, also those that it did not hold yet. Of a large havocked region, cells that the scan did not access are
+    /// not returned.
     pub(super) fn apply(&mut self, changes: ScanChanges) -> Vec<Cell> {
         let is_new =
             |&&(cell, value, unknown): &&(Cell, u16, u16)| self.get(cell) != Some((value, unknown));
