@@ -9,7 +9,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::{AreaKind, Cell, Program, Witness, flow};
 use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
-use scanbound_replay::{Readings, RealRun, StopReason, Stopped, both_ways};
+use scanbound_replay::{Readings, RealRun, StopReason, Stopped, in_all_readings};
 use scanbound_timing::price::Prices;
 use std::collections::BTreeMap;
 
@@ -25,8 +25,6 @@ const RANDOM: u64 = 64;
 const AT_ONCE: usize = 8;
 /// After this many executed instructions, no further runs are simulated.
 const MAX_EXECUTED: u64 = 1_500_000;
-/// The largest number of runs of one plan, in different readings of a standard.
-const MAX_READINGS: usize = 64;
 /// The largest number of instructions that one run executes.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
@@ -224,27 +222,22 @@ impl Simulation<'_> {
     /// lead to a scan that takes at least as long as the longest scan found.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut shortest: Option<Simulated> = None;
-        let mut left = vec![Readings::new()];
-        let (mut executed, mut runs) = (0, 0);
-        while let Some(readings) = left.pop() {
+        let mut executed = 0;
+        let run = |readings: &Readings| {
             let run = Run::new(self.outside, self.times, self.overhead);
             let mut run = run.with_readings(readings.clone());
             let mut one = self.simulate(&mut run, plan);
             one.scans.truncate(one.shown);
             executed += one.executed;
-            runs += 1;
-            if let Some(number) = run.undecided().filter(|_| runs < MAX_READINGS) {
-                left.extend(both_ways(&readings, number));
-                continue;
-            }
+            (one, run.undecided())
+        };
+        in_all_readings(run, |_, one| {
             let leads = one.last.is_some();
             if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
                 shortest = Some(one);
             }
-            if !leads {
-                break;
-            }
-        }
+            leads
+        });
         Simulated { executed, ..shortest.unwrap_or_default() }
     }
 

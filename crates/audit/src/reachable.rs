@@ -239,13 +239,8 @@ fn off_where(
 pub(super) fn fresh(program: &Program, model: &mut ScanModel) -> Option<Lit> {
     let bit = program.power_up.after_clear?;
     let holds = program.power_up.memory_hold_word;
-    let writes = |at: usize| {
-        let marks = |region: Region| {
-            region.contains(bit.cell()) || holds.is_some_and(|cell| region.contains(cell))
-        };
-        flow::written(program, at).into_iter().any(marks)
-    };
-    if (0..program.instructions.len()).any(writes) {
+    let is_written = |first| flow::may_write(program, Region::Range { first, count: 1 });
+    if is_written(bit.cell()) || holds.is_some_and(is_written) {
         return None;
     }
     let variable =

@@ -293,10 +293,7 @@ impl<'a> States<'a> {
         }
         let flag = |start| StateBit { start, on: Lit::FALSE, off: Lit::TRUE, initial: true };
         let read = reachable::read(&model);
-        let writes = |cell: Cell, at| {
-            flow::written(program, at).into_iter().any(|region: Region| region.contains(cell))
-        };
-        let is_written = |cell: Cell| (0..program.instructions.len()).any(|at| writes(cell, at));
+        let is_written = |first| flow::may_write(program, Region::Range { first, count: 1 });
         let flags = program.power_up.first_scan.iter().map(|&cell| BitTarget::Cell(cell));
         for bit in flags.filter(|bit| read.contains(bit) && !is_written(bit.cell())) {
             let start = reachable::starts(&mut model, &[bit])[0];

@@ -154,6 +154,13 @@ pub fn written(program: &Program, at: usize) -> Vec<Region> {
     regions
 }
 
+/// Whether any instruction of the program may write a cell of this region.
+#[must_use]
+pub fn may_write(program: &Program, region: Region) -> bool {
+    let mut all = (0..program.instructions.len()).flat_map(|at| written(program, at));
+    all.any(|one| overlap(one, region))
+}
+
 /// The cells that a write may change.
 pub fn written_by(write: &Write) -> Vec<Region> {
     let one = |first| Region::Range { first, count: 1 };

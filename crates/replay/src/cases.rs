@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 /// The largest number of loops in a scan for which both cases are tried, one iteration and none.
 const MAX_LOOPS: usize = 4;
-/// The largest number of runs after which no further reading is fixed.
-pub(super) const MAX_RUNS: usize = 64;
+/// After this many runs, no further reading is fixed: what depends on one is unknown, and counts with its least time.
+const MAX_RUNS: usize = 64;
 
 /// Which of two readings of a standard the controller follows, by number
 /// ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)).
@@ -88,10 +88,29 @@ impl Cases {
     }
 }
 
-/// These readings with either way at one more point.
-pub fn both_ways(readings: &Readings, number: u32) -> [Readings; 2] {
-    [false, true]
-        .map(|way| readings.iter().map(|(&one, &way)| (one, way)).chain([(number, way)]).collect())
+/// Repeats a run in all readings of a standard on which it depends. `run` makes it with these readings fixed, and
+/// returns a further reading on which it depends, if there is one. `see` gets the results of the runs that depend on no
+/// further reading, with their readings; if it returns false, no more runs are made.
+pub fn in_all_readings<T>(
+    mut run: impl FnMut(&Readings) -> (T, Option<u32>),
+    mut see: impl FnMut(&Readings, T) -> bool,
+) {
+    let mut left = vec![Readings::new()];
+    let mut runs = 0;
+    while let Some(mut readings) = left.pop() {
+        let (result, undecided) = run(&readings);
+        runs += 1;
+        match undecided.filter(|_| runs < MAX_RUNS) {
+            Some(number) => {
+                readings.insert(number, true);
+                left.push(readings.clone());
+                readings.insert(number, false);
+                left.push(readings);
+            }
+            None if see(&readings, result) => {}
+            None => return,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -131,6 +150,39 @@ mod tests {
         other.depends_on(99);
         assert_eq!(other.undecided(), Some(4), "it may lie behind the cause");
         assert_eq!(Cases::of_run(None).reading(4, 11), Some(false));
-        assert_eq!(both_ways(&[(3, true)].into(), 4)[1], [(3, true), (4, true)].into());
+    }
+
+    #[test]
+    fn a_run_is_repeated_in_all_readings_on_which_it_depends() {
+        // Reading 5 matters only if 3 is another one.
+        let run = |readings: &Readings| match (readings.get(&3), readings.get(&5)) {
+            (None, _) => ((), Some(3)),
+            (Some(true), None) => ((), Some(5)),
+            _ => ((), None),
+        };
+        let mut seen = Vec::new();
+        in_all_readings(run, |readings, ()| {
+            seen.push(readings.clone());
+            true
+        });
+        let both = |five| Readings::from([(3, true), (5, five)]);
+        assert_eq!(seen, [Readings::from([(3, false)]), both(false), both(true)]);
+        let mut first = 0;
+        in_all_readings(run, |_, ()| {
+            first += 1;
+            false
+        });
+        assert_eq!(first, 1);
+        // Each run meets a new reading.
+        let (mut runs, mut left) = (0, 0);
+        let endless = |readings: &Readings| {
+            runs += 1;
+            ((), u32::try_from(readings.len()).ok())
+        };
+        in_all_readings(endless, |_, ()| {
+            left += 1;
+            true
+        });
+        assert!(runs < 2 * MAX_RUNS && left > 1, "{runs} {left}");
     }
 }

@@ -25,7 +25,7 @@ mod real_tests;
 #[cfg(test)]
 mod value_tests;
 
-pub use cases::{Readings, both_ways};
+pub use cases::{Readings, in_all_readings};
 pub use free::FreeValues;
 pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
 
@@ -46,8 +46,8 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 /// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
 /// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a
 /// standard ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the
-/// shortest run that is possible on a PLC, or an impossible one if there is no other. Its `learned` contains the
-/// observations of all runs. Each call of `free` must give the same values again.
+/// shortest run; an impossible one if that is the only one in some readings. Its `learned` contains the observations of
+/// all runs. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -58,10 +58,9 @@ pub fn real<F: FreeValues>(
     let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
     let mut readings = BTreeSet::new();
-    let mut left = vec![Readings::new()];
-    let mut runs = 0;
-    while let Some(fixed) = left.pop() {
-        let (mut cases, mut undecided) = (Vec::new(), None);
+    // A run that is not possible is the result only if there is no other with the same readings.
+    let run = |fixed: &Readings| {
+        let (mut shortest, mut undecided): (Option<RealRun>, _) = (None, None);
         let mut next = Some(Cases::of_scan(fixed.clone()));
         while let Some(case) = next {
             let machine = machine::Machine::new(program, times, free(), Mode::Real);
@@ -74,21 +73,20 @@ pub fn real<F: FreeValues>(
                     }
                 }
             }
-            runs += 1;
-            cases.push(found);
+            let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
+            shortest = shortest.into_iter().chain([found]).min_by_key(rank);
             undecided = undecided.or(state.cases.undecided());
             next = state.cases.following();
         }
-        // With many runs, what depends on further readings is unknown: it counts with its smallest time.
-        if let Some(number) = undecided.filter(|_| runs < cases::MAX_RUNS) {
-            left.extend(both_ways(&fixed, number));
-            continue;
-        }
+        (shortest, undecided)
+    };
+    // What a controller with some readings cannot do is no lower bound for all.
+    let rank = |one: &RealRun| (one.is_possible(), one.replay.total);
+    in_all_readings(run, |fixed, shortest| {
         readings.extend(fixed.keys());
-        // A run that is not possible is the result only if there is no other.
-        let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
-        best = best.into_iter().chain(cases).min_by_key(rank);
-    }
+        best = best.take().into_iter().chain(shortest).min_by_key(rank);
+        true
+    });
     RealRun { learned, readings, ..best.expect("there is a case") }
 }
 

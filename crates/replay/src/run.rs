@@ -134,7 +134,9 @@ impl<'p> Run<'p> {
         let timers = coils.filter(|timed| timed.kind.is_timer());
         let presents: BTreeSet<Cell> = timers.map(|timed| timed.present).collect();
         let first_scan_flag = match outside.program.power_up.after_clear {
-            Some(BitTarget::WordBit(word, bit)) if !writes(outside.program, word) => {
+            Some(BitTarget::WordBit(word, bit))
+                if !flow::may_write(outside.program, Region::Range { first: word, count: 1 }) =>
+            {
                 Some((word, bit))
             }
             _ => None,
@@ -392,12 +394,6 @@ fn reads(program: &Program, cells: &BTreeSet<Cell>) -> bool {
         }
     }
     found
-}
-
-/// Whether the program may write a cell.
-fn writes(program: &Program, cell: Cell) -> bool {
-    let mut written = (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
-    written.any(|region| region.contains(cell))
 }
 
 /// All regions that the program may write in the areas in which it has inputs; the regions need not be inputs. If a bit
