@@ -20,7 +20,7 @@ fn a_constant_scan_lasts_as_long_as_it_is_set() {
 }
 
 /// What a program for an FX3U does, what is stated, and the verdict on 10 ms: its scan takes below 1 ms.
-const CONSTANT: [(&str, &str, &str, &str); 34] = [
+const CONSTANT: [(&str, &str, &str, &str); 37] = [
     ("none", "LD X0\nOUT Y0\n", "", "proved"),
     ("set", "LD M8000\nSET M8039\nMOV K20 D8039\n", "", "refuted"),
     // Where X0 is off, something else may have set it.
@@ -35,6 +35,9 @@ const CONSTANT: [(&str, &str, &str, &str); 34] = [
     // What may be written need not be.
     ("fill", "LD M8000\nOUT M8039\nMOV K5 D8039\nFMOV K50 D8030 K20\n", "", "refuted"),
     ("fill-unknown", "LD M8000\nOUT M8039\nMOV K5 D8039\nFMOV K50 D8030 D20\n", "", "undecided"),
+    ("fill-none", "LD M8000\nOUT M8039\nMOV K5 D8039\nFMOV K50 D8039 K0\n", "", "undecided"),
+    ("fill-word", "LD M8000\nOUT M8039\nMOV K5 D8039\nFMOV K50 D8039 D20\n", "", "undecided"),
+    ("fill-long", "LD M8000\nOUT M8039\nMOV K5 D8039\nDFMOV K50 D7100 K500\n", "", "undecided"),
     (
         "fill-index",
         "LD M8000\nOUT M8039\nMOV K5 D8039\nFMOV K50 D8030Z0 K5\n",

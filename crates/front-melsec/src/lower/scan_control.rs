@@ -223,7 +223,7 @@ impl Lowering<'_> {
             Place::Digits(_, first, digits) => {
                 return (first..first + 4 * u32::from(digits)).contains(&special)
                     || first < special
-                        && block_length(item) > 1
+                        && block_length(item, self.family) > 1
                         && special - first < 16 * LONGEST_BLOCK;
             }
             Place::Indexed(DeviceType::VolatileBit | DeviceType::VolatileWord, _)
@@ -241,7 +241,7 @@ impl Lowering<'_> {
             let last = item.operands.iter().filter_map(|one| number(one.as_ref().ok()?)).max();
             return last.is_some_and(|last| last >= special);
         }
-        special - first < block_length(item)
+        special - first < block_length(item, self.family)
     }
 
     /// Whether a write to an indexed device may reach the device of number `special`. The values of an index register
@@ -252,8 +252,10 @@ impl Lowering<'_> {
             return true;
         };
         let length = match device.place {
-            Place::IndexedDigits(_, digits) => 4 * u32::from(digits) * block_length(item),
-            _ => block_length(item),
+            Place::IndexedDigits(_, digits) => {
+                4 * u32::from(digits) * block_length(item, self.family)
+            }
+            _ => block_length(item, self.family),
         };
         let leads = |value: i64| {
             let first = i64::from(index.number) + value;
@@ -337,11 +339,19 @@ fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32) -> bool {
         Place::At(_, first) | Place::BitOf(_, first, _) => first,
         _ => return false,
     };
-    let is_plain = |operand: &Result<Operand, String>| {
-        matches!(operand, Ok(Operand::Device(Device { place: Place::At(..), .. })))
+    let number = |operand: &Result<Operand, String>| match operand {
+        Ok(Operand::Device(Device { place: Place::At(_, number), .. })) => Some(*number),
+        _ => None,
     };
     if item.name.starts_with("ZRST") {
-        return item.operands.iter().all(is_plain);
+        let ends: Option<Vec<u32>> = item.operands.iter().map(number).collect();
+        // If the first is above the last, the CPU resets the first one alone.
+        return matches!(ends.as_deref(), Some(&[first, last]) if (first..=last).contains(&special));
     }
-    first == special || known_length(item).is_some()
+    match unpulsed(&item.name) {
+        // A count of 0 writes nothing, one in a word may, and one above 512 is an operation error on the FX.
+        "FMOV" => known_length(item)
+            .is_some_and(|length| (1..=512).contains(&length) && special - first < length),
+        _ => first == special || known_length(item).is_some(),
+    }
 }

@@ -1,12 +1,16 @@
 //! The devices that an instruction of the FX and FX5 may write, and what it may move to index registers.
 
 use crate::catalog::{Amount, Extent, Role};
+use crate::memory::Family;
 use crate::operand::{Device, Operand, Place};
 use crate::resolve::{Category, Control, Item};
 use std::collections::BTreeMap;
 
-/// The largest number of words in a block of an FX instruction.
-pub(super) const LONGEST_BLOCK: u32 = 512;
+/// The largest number of devices that one instruction writes from an operand on: 65,535 double words.
+pub(super) const LONGEST_BLOCK: u32 = 2 * 65_535;
+
+/// The largest number of index registers of one letter.
+const INDEX_REGISTERS: u32 = 24;
 
 /// The device operands that the instruction may write.
 pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
@@ -37,8 +41,14 @@ pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
 }
 
 /// The largest number of devices that an instruction may write from its operand on, at most [`LONGEST_BLOCK`].
-pub(super) fn block_length(item: &Item<'_>) -> u32 {
-    known_length(item).map_or(LONGEST_BLOCK, |length| length.clamp(1, LONGEST_BLOCK))
+pub(super) fn block_length(item: &Item<'_>, family: Family) -> u32 {
+    let most = match unpulsed(&item.name) {
+        // A larger count in a word is an operation error; what an instruction of the user's writes is assumed.
+        "BMOV" | "FMOV" if family == Family::Fx => 512,
+        _ if matches!(item.category, Category::User | Category::Unknown { .. }) => 512,
+        _ => LONGEST_BLOCK,
+    };
+    known_length(item).map_or(most, |length| length.clamp(1, LONGEST_BLOCK))
 }
 
 /// The largest number of devices that an instruction writes from its operand on. `None` if the number is unknown.
@@ -89,7 +99,7 @@ pub(super) fn index_values(items: &[Item<'_>]) -> BTreeMap<(&'static str, u32), 
                 continue;
             }
             // The high word of a double word in Z is in V on the FX.
-            for register in first..first + block_length(item) {
+            for register in first..first + INDEX_REGISTERS {
                 found.insert(("Z", register), None);
                 found.insert(("V", register), None);
             }
