@@ -155,3 +155,26 @@ fn a_variable_that_hides_a_function_is_not_called() {
         assert!(audit("Is();").is_err_and(|why| why.contains("cannot be called")), "{variable}");
     }
 }
+
+#[test]
+fn whatever_takes_time_in_an_operand_is_evaluated_again() {
+    for (statement, row, upper) in [
+        ("q := (NOT a) XOR q;", "NOT", 2),
+        ("x := y MOD (-x);", "SUB", 2),
+        ("q := a XOR q XOR a XOR q XOR a;", "XOR", 15),
+        // The index of an element within the index of another one.
+        ("x := s[1 MOD s[1 MOD x].m].n;", "MOD", 3),
+    ] {
+        let (found, _) = times(statement, row).expect("read");
+        assert!(found >= upper, "{statement}: {found}");
+    }
+    let nested = (0..20).fold("x".to_owned(), |inner, _| format!("s[1 MOD {inner}].m"));
+    assert!(times(&format!("x := {nested};"), "MOD").is_err());
+    assert!(times(&format!("q := {} a;", "a XOR ".repeat(9)), "XOR").is_err());
+}
+
+#[test]
+fn a_name_alone_whose_index_calls_something_is_refused() {
+    assert!(times("s[F(a := 1)];", "CAL").is_err());
+    assert_eq!(times("s[1].m;", "CAL"), Ok((0, 0)));
+}

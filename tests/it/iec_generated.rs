@@ -485,6 +485,9 @@ fn no_program_is_left_out_for_want_of_a_name_or_a_kind() {
     let found = bound(&named).expect("a bound");
     assert!(found > 50);
     assert_eq!(bound(&named.replace("name=\"b\" ", "")).expect("a bound"), found);
+    let twice = "<pouInstance typeName=\"behind\"/>".repeat(2);
+    assert!(refusal(&task(&twice)).contains("have no name"));
+    assert!(refusal(&task("<pouInstance/>")).contains("neither a name nor a type"));
     let kind = text.replacen("pouType=\"program\"", "pouType=\"Program\"", 1);
     assert!(refusal(&kind).contains("the pouType Program is not known"));
 }

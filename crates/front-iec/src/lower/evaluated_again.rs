@@ -7,10 +7,7 @@ use super::values::{MAX_CALLS, literal_value};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Place, Target};
-
-/// An operand of plain values in which more XOR and MOD stand is charged once only: each of them doubles its time.
-const MAX_WITHIN: usize = 3;
+use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Passed, Place, Target};
 
 impl Lower<'_> {
     /// Charges what of a XOR of truth values or a MOD some compilers evaluate once more. Refuses operands for which
@@ -48,17 +45,14 @@ impl Lower<'_> {
         if !takes_time(operand) {
             return Ok(());
         }
-        let (mut within, mut applies) = (0, operand.calls());
-        operand.each(&mut |one| match &one.kind {
-            ExprKind::Binary(Operator::Xor | Operator::Modulo, ..) => within += 1,
-            ExprKind::Standard(_) => applies = true,
-            _ => {}
-        });
-        if self.leaves_more(at, operand) || (applies && within > MAX_CALLS) {
+        let within = doublings(operand);
+        if self.leaves_more(at, operand) {
             return Err(evaluated_again(operand.line));
         }
-        if within > MAX_WITHIN && !applies {
-            return Ok(());
+        if within > MAX_CALLS {
+            let told = "more than six XOR and MOD stand in an operand of XOR or MOD: some compilers double its time with each";
+            let help = "assign a part of the expression to a variable of its own before";
+            return Err(Fault::new(operand.line, told).code(Code::NotModelled).help(help));
         }
         self.charge_where_again(at, &[operand], 1)
     }
@@ -88,7 +82,10 @@ impl Lower<'_> {
         call: &Call,
     ) -> Result<(), Fault> {
         let indices: Vec<&Expr> = place.indices().filter(|one| takes_time(one)).collect();
+        // What is handed over in and out is passed before the body, and taken back behind it.
+        let both = |one: &&(_, Passed)| matches!(one.1, Passed::InOut(_));
         let lines = call.passed.len()
+            + call.passed.iter().filter(both).count()
             + usize::from(call.enable.condition.is_some())
             + usize::from(call.enable.result.is_some());
         if indices.is_empty() || lines == 0 || matches!(call.target, Target::Method(..)) {
@@ -111,13 +108,39 @@ fn takes_time(one: &Expr) -> bool {
     one.each(&mut |one| {
         takes |= match &one.kind {
             ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Standard(_) => true,
-            ExprKind::Binary(..) => one.whole().is_none(),
+            ExprKind::Binary(..) | ExprKind::Negate(_) => one.whole().is_none(),
+            ExprKind::Not(inner) => !matches!(inner.kind, ExprKind::Bool(_)),
             ExprKind::Read(place) | ExprKind::Address(place) => is_open(place),
             ExprKind::Step(flag) => is_open(&flag.owner),
-            _ => false,
+            // What is in these is shown, too.
+            ExprKind::Convert(_) | ExprKind::List(_) | ExprKind::Either(_) => false,
+            ExprKind::Bool(_)
+            | ExprKind::Whole(_)
+            | ExprKind::Typed(_)
+            | ExprKind::Named(_)
+            | ExprKind::Real(_)
+            | ExprKind::Time(_)
+            | ExprKind::Opaque
+            | ExprKind::Text(_)
+            | ExprKind::Null
+            | ExprKind::Fault(_) => false,
         };
     });
     takes
+}
+
+/// How many XOR and MOD stand in an expression, in its indices too: each of them may double its time.
+fn doublings(one: &Expr) -> usize {
+    let mut count = 0;
+    one.each(&mut |one| match &one.kind {
+        ExprKind::Binary(Operator::Xor | Operator::Modulo, ..) => count += 1,
+        ExprKind::Read(place) | ExprKind::Address(place) => {
+            count += place.indices().map(doublings).sum::<usize>();
+        }
+        ExprKind::Step(flag) => count += flag.owner.indices().map(doublings).sum::<usize>(),
+        _ => {}
+    });
+    count
 }
 
 /// The fault of a XOR or MOD whose operands' calls do more than give a value, or of which too many stand in each other.

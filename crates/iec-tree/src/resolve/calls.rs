@@ -666,6 +666,14 @@ impl Resolver<'_> {
                 let help = "rename the variable if the function of this name is meant";
                 return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
             }
+            // Whether a controller evaluates what the indices of a name alone call is not known.
+            _ if place.indices().any(Expr::calls) => {
+                let what =
+                    format!("{} stands alone, and an index of it calls something", place.text);
+                let help =
+                    "assign it to a variable, or call the function in a statement of its own";
+                return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
+            }
             // A name alone does nothing.
             _ => return Ok(StatementKind::Nothing),
         };

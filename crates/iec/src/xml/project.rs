@@ -21,12 +21,14 @@ pub(super) struct Reader<'t> {
     text: &'t Text,
     project: Project,
     faults: Vec<Fault>,
+    /// The programs of which an instance has no name.
+    unnamed: BTreeSet<String>,
 }
 
 impl<'t> Reader<'t> {
     pub(super) fn new(name: &str, text: &'t Text) -> Reader<'t> {
         let project = Project { files: vec![name.to_owned()], ..Project::default() };
-        Reader { text, project, faults: Vec::new() }
+        Reader { text, project, faults: Vec::new(), unnamed: BTreeSet::new() }
     }
 
     pub(super) fn finish(self) -> Result<Project, Vec<Fault>> {
@@ -63,7 +65,7 @@ impl<'t> Reader<'t> {
                 "pouInstance"
                     if node.parent().is_none_or(|one| one.tag_name().name() != "task") =>
                 {
-                    let instance = instance(node);
+                    let instance = self.instance(node);
                     self.project.tasks.push(Task {
                         name: String::new(),
                         interval: None,
@@ -116,8 +118,27 @@ impl<'t> Reader<'t> {
         let name = node.attribute("name").unwrap_or_default().to_owned();
         let interval = node.attribute("interval").and_then(interval);
         let priority = node.attribute("priority").map(str::to_owned);
-        let instances = children(node, "pouInstance").filter_map(instance).collect();
+        let instances =
+            children(node, "pouInstance").filter_map(|one| self.instance(one)).collect();
         self.project.tasks.push(Task { name, interval, priority, instances });
+    }
+
+    /// The name of a program's instance, and that of the program.
+    fn instance(&mut self, node: Node<'_, '_>) -> Option<(String, String)> {
+        // TwinCAT leaves the type empty: the name is the program's.
+        let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
+        let own = node.attribute("name");
+        let Some(name) = own.or(of) else {
+            let message = "a pouInstance has neither a name nor a type".to_owned();
+            self.faults
+                .push(self.text.fault(node, message).help("give it the typeName of its program"));
+            return None;
+        };
+        if own.is_none() && !self.unnamed.insert(name.to_ascii_uppercase()) {
+            let message = format!("two instances of the program {name} have no name");
+            self.faults.push(self.text.fault(node, message).help("give each a name of its own"));
+        }
+        Some((name.to_owned(), of.unwrap_or(name).to_owned()))
     }
 
     fn pou(&mut self, node: Node<'_, '_>) -> Pou {
@@ -326,13 +347,6 @@ fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
 /// A unit's name without that of a library.
 fn last_name(name: &str) -> String {
     name.trim().rsplit('.').next().unwrap_or_default().to_owned()
-}
-
-fn instance(node: Node<'_, '_>) -> Option<(String, String)> {
-    // TwinCAT leaves the type empty: the name is the program's.
-    let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
-    let name = node.attribute("name").or(of)?;
-    Some((name.to_owned(), of.unwrap_or(name).to_owned()))
 }
 
 /// The nanoseconds of an interval such as `T#20ms` or `PT0.02S`.
