@@ -102,10 +102,10 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
                     at(first)
                 )
             });
-            let readings = real.readings.iter().map(|&number| {
-                let what = program.readings.get(number as usize).map_or("", String::as_str);
-                format!("\"{what}\"")
-            });
+            let readings = real
+                .readings
+                .iter()
+                .map(|&number| format!("\"{}\"", program.readings[number as usize]));
             let readings: Vec<String> = readings.collect();
             let differ = match readings.is_empty() {
                 true => String::new(),

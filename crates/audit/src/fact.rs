@@ -290,8 +290,8 @@ impl fmt::Display for Fact {
             Fact::AllClear(false) => f.write_str(
                 "if several transitions without priorities after the same step are true, the first of them fires",
             ),
-            Fact::Controller { what, holds: true } => write!(f, "the controller: {what}"),
-            Fact::Controller { what, holds: false } => write!(f, "not on the controller: {what}"),
+            Fact::Controller { what, holds: true } => write!(f, "the controller does this: {what}"),
+            Fact::Controller { what, holds: false } => write!(f, "the controller does not do this: {what}"),
             Fact::ActionOrder(ActionOrder::Named) => {
                 f.write_str("actions run in the order in which the chart first names them")
             }

@@ -11,7 +11,7 @@ use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Readings, RealRun, StopReason, Stopped, in_all_readings};
 use scanbound_timing::price::Prices;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of scans of a run in which the inputs change.
 const LONGEST: usize = 8;
@@ -25,7 +25,7 @@ const RANDOM: u64 = 64;
 const AT_ONCE: usize = 8;
 /// After this many executed instructions, no further runs are simulated.
 const MAX_EXECUTED: u64 = 1_500_000;
-/// The largest number of instructions that one run executes.
+/// The largest number of instructions that the runs of one plan execute together.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 
 /// Which inputs a simulated run has in every other scan, beginning with its first. In the scans between, the inputs are
@@ -199,8 +199,9 @@ struct Simulated {
     last: Option<(RealRun, Witness)>,
     /// The number of scans up to that one.
     shown: usize,
-    /// The number of instructions that the run executed.
+    /// The number of instructions that the run executed, and the largest that it may.
     executed: u64,
+    most: u64,
     /// The operation error that ends the run. `None` if there was none.
     error: Option<Stopped>,
 }
@@ -226,24 +227,31 @@ impl Simulation<'_> {
         let run = |readings: &Readings| {
             let run = Run::new(self.outside, self.times, self.overhead);
             let mut run = run.with_readings(readings.clone());
-            let mut one = self.simulate(&mut run, plan);
+            let mut one =
+                self.simulate(&mut run, plan, MAX_EXECUTED_PER_RUN.saturating_sub(executed));
             one.scans.truncate(one.shown);
             executed += one.executed;
             (one, run.undecided())
         };
-        in_all_readings(run, |_, one| {
+        let mut met = BTreeSet::new();
+        in_all_readings(run, |readings, one| {
+            met.extend(readings.keys());
             let leads = one.last.is_some();
             if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
                 shortest = Some(one);
             }
             leads
         });
-        Simulated { executed, ..shortest.unwrap_or_default() }
+        let mut shortest = Simulated { executed, ..shortest.unwrap_or_default() };
+        if let Some((last, _)) = &mut shortest.last {
+            last.readings = met;
+        }
+        shortest
     }
 
     /// Simulates scans until one takes at least as long as the longest scan found, a scan is impossible or not followed
-    /// to its end, or a limit is reached.
-    fn simulate<'p>(&'p self, run: &mut Run<'p>, plan: InputPlan) -> Simulated {
+    /// to its end, or `most` instructions were executed.
+    fn simulate<'p>(&'p self, run: &mut Run<'p>, plan: InputPlan, most: u64) -> Simulated {
         let inputs_of = |witness: &Witness| -> BTreeMap<Cell, u16> {
             let all = witness.start.iter().map(|(&cell, &value)| (cell, value));
             all.filter(|&(cell, _)| self.outside.sets(cell)).collect()
@@ -255,7 +263,7 @@ impl Simulation<'_> {
             0
         };
         let mut random = Pcg64Mcg::seed_from_u64(seed);
-        let mut done = Simulated::default();
+        let mut done = Simulated { most, ..Simulated::default() };
         let mut number = 0;
         for turn in 0..LONGEST {
             // Alternate between the inputs of the plan and those of the scan itself.
@@ -318,14 +326,14 @@ impl Simulation<'_> {
         (number, waited): (u64, bool),
         done: &mut Simulated,
     ) -> bool {
-        let scan = run.scan(given, MAX_EXECUTED_PER_RUN - done.executed);
+        let scan = run.scan(given, done.most.saturating_sub(done.executed));
         done.executed += scan.replay.events.len() as u64;
         if !scan.is_possible() {
             done.error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
             return false;
         }
         let took = scan.replay.total;
-        let is_over = scan.stopped.is_some() || done.executed >= MAX_EXECUTED_PER_RUN;
+        let is_over = scan.stopped.is_some() || done.executed >= done.most;
         done.scans.push(SimulatedScan { number, inputs: given.inputs.clone(), took, waited });
         let best = self.found.best.replay.total;
         if given.seed.is_some() && took > best {

@@ -109,6 +109,13 @@ fn understand(
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
+    if let (Some(what), false) = (request.facts.controller.keys().next(), machine.controller) {
+        let message =
+            "[controller] cannot be stated for this PLC: it is for programs of IEC 61131-3";
+        let fact = ["controller", what];
+        let fault = request.facts.fault(fact, Part::Key, Code::Facts, message, "remove it");
+        return Err(Failure::from(fault));
+    }
     let stated = [
         ("bits", request.facts.index_bits.is_some()),
         ("indirect", request.facts.indirect.is_some()),

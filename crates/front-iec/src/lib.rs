@@ -11,7 +11,9 @@ mod lower;
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_front::encoding::candidates;
-use scanbound_front::{Dialect, Front, Input, Project, Sniff, SourceOptions, decoded};
+use scanbound_front::{
+    Dialect, Front, Input, MachineOptions, Project, Sniff, SourceOptions, decoded,
+};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{parse, xml};
 use scanbound_iec_tree::blocks::StandardBlock;
@@ -161,6 +163,10 @@ impl Front for Iec {
 impl Project for Source {
     fn cpu(&self) -> Option<&str> {
         Some("IEC")
+    }
+
+    fn machine_options(&self) -> MachineOptions {
+        MachineOptions { controller: true, ..MachineOptions::default() }
     }
 
     fn warnings(&self) -> Vec<Diagnostic> {

@@ -122,6 +122,8 @@ pub struct MachineOptions {
     /// Whether the user may state how indices and indirect addresses work: the number of bits of an index of an
     /// extended register, and the devices that are written through `@`.
     pub index: bool,
+    /// Whether the user may state what the controller does in another way than the standard has it.
+    pub controller: bool,
 }
 
 /// What a front needs to lower the source, besides the source itself.

@@ -366,3 +366,14 @@ fn sigterm_ends_an_audit_with_what_is_proved() {
     assert_eq!(status.code(), Some(0), "{text}");
     assert!(text.starts_with("No scan takes longer than "), "{text}");
 }
+
+#[test]
+fn what_a_controller_does_differently_is_stated_of_iec_programs_alone() {
+    let directory = fresh("controller");
+    std::fs::write(directory.join("main.il"), "LD X0\nOUT Y0\nEND\n").expect("written");
+    let facts = "[controller]\n\"actions have no final scan\" = true\n";
+    std::fs::write(directory.join("facts.toml"), facts).expect("written");
+    let told = run("audit main.il --cpu Q26UDV --facts facts.toml", &directory);
+    assert_eq!(told.code, Some(2), "{}", told.stdout);
+    assert!(told.stderr.contains("[controller] cannot be stated for this PLC"), "{}", told.stderr);
+}
