@@ -34,9 +34,9 @@ const MAX_RELAYS: usize = 200;
 const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
-/// within the limits, its time is set to 0 where all start states are those that the program reaches
-/// ([`Trust::All`]); otherwise the last run stays. `longest` is the start of the model's longest scan, which takes
-/// `upper`.
+/// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where all
+/// start states are those that the program reaches, and after many replacements. `longest` is the start of the model's
+/// longest scan, which takes `upper`.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
     prices: &Prices,
