@@ -43,6 +43,20 @@ pub fn cases<N: From<u32> + Mul<Output = N>>(standard: N) -> N {
     standard * N::from(factor.unwrap_or(1))
 }
 
+/// The seeds of this many cases, from the one that SCANBOUND_FIRST names (1 without it). With SCANBOUND_SHOW=seeds each
+/// is shown before its case is run.
+#[allow(clippy::print_stdout, reason = "the seed of a case that takes long or aborts is seen")]
+pub fn seeds(standard: u64) -> impl Iterator<Item = u64> {
+    let first = std::env::var("SCANBOUND_FIRST").ok().and_then(|text| text.parse::<u64>().ok());
+    let first = first.unwrap_or(1);
+    let are_shown = std::env::var("SCANBOUND_SHOW").is_ok_and(|what| what == "seeds");
+    (first..first + cases(standard)).inspect(move |seed| {
+        if are_shown {
+            println!("seed {seed}");
+        }
+    })
+}
+
 /// How often a failing tape is shortened: SCANBOUND_SHRINK, if it is set.
 fn most_shrinks() -> u32 {
     let most = std::env::var("SCANBOUND_SHRINK").ok().and_then(|text| text.parse().ok());

@@ -4,16 +4,15 @@
 //! them scan by scan. Where a run ends with some values, a scan that ends with them is among those that the bound is
 //! about, and none of them takes longer than the bound.
 //!
-//! `SCANBOUND_CASES=100 cargo test --release --test random iec_object_random::` runs more of them, 12 for each, from
-//! the one that `SCANBOUND_FIRST` names. `SCANBOUND_SHOW` shows the programs whose refusal has this in its text; with
-//! `seeds`, the number of each.
+//! `SCANBOUND_CASES=100 cargo test --release --test random iec_object_random::` runs more of them, 12 for each.
+//! `SCANBOUND_SHOW` shows the programs whose refusal has this in its text.
 
 #![allow(clippy::print_stdout, reason = "what is refused and found too low is shown for each seed")]
 
 use crate::common::iec::generate::Dice;
 use crate::common::iec::probe::{self, PROBE, audited};
 use crate::common::iec::st::{place, print, project, reduce, run, standard, tree};
-use crate::common::tape::cases;
+use crate::common::tape::{cases, seeds};
 
 use place::{Counting, Value};
 use run::Machine;
@@ -207,17 +206,12 @@ fn reduced(project: &Project, manner: Manner, scans: &Scans, trust: Trust) -> St
 
 #[test]
 fn no_scan_of_random_programs_with_objects_is_left_out_of_the_bound() {
-    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let more = cases(1_u64);
-    let first: u64 = number("SCANBOUND_FIRST").unwrap_or(1);
     let shown = std::env::var("SCANBOUND_SHOW").unwrap_or_default();
     let (mut followed, mut refused, mut stopped) = (0, BTreeMap::new(), 0);
     let (mut asked, mut excluded) = (0_u32, 0_u32);
     let mut low = Vec::new();
-    for seed in first..first + 12 * more {
-        if shown == "seeds" {
-            println!("seed {seed}");
-        }
+    for seed in seeds(12) {
         let mut dice = Dice::new(seed);
         let project = project::project(&mut dice);
         let manner = manner(&mut dice);
@@ -262,6 +256,6 @@ fn no_scan_of_random_programs_with_objects_is_left_out_of_the_bound() {
     println!("{told}");
     assert!(low.is_empty(), "bounds are too low: {low:?}");
     assert!(followed >= 4 * more, "a third is followed: {told}");
-    let is_few = first > 1 && asked < 40;
+    let is_few = std::env::var_os("SCANBOUND_FIRST").is_some() && asked < 40;
     assert!(is_few || excluded * 40 >= asked, "values are followed: {told}");
 }
