@@ -412,12 +412,12 @@ fn counts_are_stated_of_places_that_count() {
     for (facts, told) in [
         (
             "\"a.txt:3\" = 5",
-            "no instruction reads a number of iterations or units from a word at a.txt:3",
+            "at a.txt:3, no instruction reads a number of iterations or units from a word",
         ),
         // A constant.
         (
             "\"a.txt:6\" = 5",
-            "no instruction reads a number of iterations or units from a word at a.txt:6",
+            "at a.txt:6, no instruction reads a number of iterations or units from a word",
         ),
         ("\"b.txt:2\" = 5", "there is no file 'b.txt' in this program"),
         (

@@ -176,7 +176,7 @@ pub(super) fn at(
         true => format!("{} in that file", what[2]),
         false => format!("in that file {} in the lines {}", what[1], offered.join(", ")),
     };
-    Err((format!("{} at {place}", what[0]), help))
+    Err((format!("at {place}, {}", what[0]), help))
 }
 
 /// The indices of the files with exactly this name. If there are none: of those with this name after their directories,

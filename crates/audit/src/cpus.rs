@@ -83,8 +83,8 @@ impl CpuResult {
 pub struct CpuScanTime {
     /// The upper bound, with the points that were charged. `None` if a scan may never end.
     pub upper: Option<Picos>,
-    /// The upper bound with all points that the CPU can have, where their number is not stated. It is this bound that
-    /// is compared with the limit. `None` if a scan may never end.
+    /// The upper bound with all points that the CPU can have, where their number is not stated; elsewhere as `upper`.
+    /// The limit is compared with this bound. `None` if a scan may never end.
     pub all_points: Option<Picos>,
     /// The admissible lower bound: the time of a scan that nothing known here excludes.
     pub lower: Picos,

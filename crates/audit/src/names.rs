@@ -77,7 +77,7 @@ impl<'a> Names<'a> {
     fn cell(&self, cell: Cell) -> String {
         let Some(&index) = self.memories.get(&cell) else { return self.program.cell_name(cell) };
         let at = &self.program.instructions[index];
-        format!("last state of `{}` in {}", at.text, self.place_text(at.place))
+        format!("remembered state of `{}` in {}", at.text, self.place_text(at.place))
     }
 
     fn iteration(&self, frame: Frame) -> Option<String> {

@@ -416,7 +416,7 @@ impl Followed {
         if !loops.open.is_empty() {
             budget.record_stop(
                 "searching for endless loops",
-                "whether some loops end was not decided",
+                "it was not decided whether some loops end",
             );
         }
         Ok(loops)

@@ -38,8 +38,8 @@ pub enum Reason {
     StatePoints {
         /// `input`, `output` or both.
         sides: Vec<&'static str>,
-        /// The number of additional points with which still no scan exceeds the limit. `None` if there is no such
-        /// number, because the limit is exceeded without additional points.
+        /// A number of points that can be added to those charged so that still no scan exceeds the limit. `None` if the
+        /// limit is exceeded even without additional points.
         more: Option<u64>,
     },
     /// The refresh was charged for the slowest base unit, because the base units are not stated.

@@ -231,8 +231,8 @@ pub enum Step {
 /// The contents of a loop summary. Boxed in [`Step`], because it is large and rare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// The last instruction that is not executed: of a loop, its `ForEnd`; of a routine, the summary itself. Control
-    /// continues after it if no exit is taken.
+    /// The last instruction that the summary stands for: of a loop, its `ForEnd`; of a routine, the summary itself.
+    /// Control continues after it if no exit is taken.
     pub end: usize,
     /// The instructions that are charged, each with the number of times that it is charged.
     pub charges: Vec<(usize, u64)>,

@@ -76,13 +76,13 @@ impl TimerMemory {
         base.0.checked_mul(last.checked_add(ticks)?).map(Picos)
     }
 
-    /// Counts one more scan, which begins now.
+    /// Adds one to the number of the current scan: the next scan begins now.
     pub(super) fn begin_scan(&mut self) {
         self.scan += 1;
     }
 
-    /// Counts `times` more scans that repeat the last one. A timer that was executed in the last one counts as executed
-    /// in all of them.
+    /// Adds `times` to the number of the current scan, for scans that repeat the last one. A timer that was executed in
+    /// the last one counts as executed in all of them.
     pub(super) fn repeat_scan(&mut self, times: u64) {
         let last = self.scan;
         self.scan += times;

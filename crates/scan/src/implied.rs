@@ -152,8 +152,8 @@ impl Implications {
         (found, whole)
     }
 
-    /// The possible values of a word where the condition holds, each with the literal that says whether the word has
-    /// it. `None` if a part is unknown or there are more than `most` values.
+    /// The values that a word can have where the condition holds, each with the literal that says whether the word has
+    /// it. `None` if it is computed from a word whose values are not listed here, or if there are more than `most`.
     pub fn possible_values(
         &self,
         circuit: &mut Circuit,

@@ -11,8 +11,9 @@ const MAX_LITERALS: usize = 24;
 /// of the word, which has another stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WordFact {
-    /// The slot of the word, and the stamp of the write that gave the word this value.
+    /// The slot of the word.
     pub slot: usize,
+    /// Identifies the write that gave the word this value.
     pub stamp: u32,
     /// The values that the word may have.
     pub value: Value,

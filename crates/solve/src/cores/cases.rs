@@ -70,8 +70,8 @@ pub fn may_suit(ground: &Ground<'_>, formula: &Formula, limits: &Limits<'_>) -> 
     (ground.sizes.least..=MAX_CLAUSES).contains(&formula.len()) && limits.decisions.is_none()
 }
 
-/// Searches case by case until the bounds meet or the limits are reached; then `None`. If slices or cases would lower
-/// the bound by less than half, or the constraints are contradictory, does nothing and returns the objective.
+/// Searches case by case until the bounds meet or the limits are reached, and returns `None`. If slices or cases would
+/// lower the bound by less than half, or the constraints are contradictory, does nothing and returns the objective.
 pub fn search(
     ground: &Ground<'_>,
     objective: Objective,

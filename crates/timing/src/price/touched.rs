@@ -94,7 +94,8 @@ impl Cells {
         LEAST_RANGE.max(self.units.saturating_mul(2))
     }
 
-    /// Adds the cells that operands name: the larger of the cells shown by effects and the cells named counts.
+    /// Adds the cells that operands name. In each area, the larger number counts: that of the cells found in reads and
+    /// effects, or that of the cells named.
     fn add_named(&mut self, touched: &AccessedDevices) {
         let mut named = Cells { units: self.units, ..Cells::default() };
         touched.regions.iter().for_each(|&region| named.region(region));
