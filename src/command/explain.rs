@@ -1,6 +1,7 @@
 //! `scanbound explain`: what is known of an instruction, or the meaning of a finding code.
 
 use super::output::Target;
+use super::values::format_or_suffix;
 use super::{Failure, Outcome, tables};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
@@ -35,6 +36,7 @@ const ALIKE: f64 = 0.7;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum PageFormat {
     /// For people
+    #[value(alias = "txt")]
     Text,
     /// For programs (docs/json.md)
     Json,
@@ -54,9 +56,9 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "cpu")]
     table: Option<String>,
     /// The output format; finding codes are always shown as text
-    #[arg(long, value_enum, default_value = "text")]
-    format: PageFormat,
-    /// Write to this file, which appears only when it is complete
+    #[arg(long, value_enum)]
+    format: Option<PageFormat>,
+    /// Write to this file, which appears only when it is complete; without --format, its suffix names the format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -81,7 +83,8 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     if found.is_empty() {
         return Err(unknown(name, arguments).into());
     }
-    target.fill(|out| match (arguments.format, found.as_slice()) {
+    let format = format_or_suffix(arguments.format, arguments.output.as_deref())?;
+    target.fill(|out| match (format, found.as_slice()) {
         (PageFormat::Json, found) => json::write(found, out),
         (PageFormat::Text, [one]) => out.write_all(text::one(one, extent).as_bytes()),
         (PageFormat::Text, found) => out.write_all(text::several(found, extent).as_bytes()),

@@ -22,10 +22,11 @@ pub struct Arguments {
     /// The group, as numbered in the report
     #[arg(long, value_name = "N", value_parser = values::positive::<usize>, allow_negative_numbers = true)]
     group: usize,
-    /// The file format
+    /// The file format; without it and without a file, `wcnf`
     #[arg(long, value_enum)]
-    format: Format,
-    /// Write the problem to this file, which appears only when it is complete
+    format: Option<Format>,
+    /// Write the problem to this file, which appears only when it is complete; without --format, its suffix names the
+    /// format
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
 }
@@ -41,7 +42,7 @@ enum Format {
 /// Follows the project and writes the group's problem.
 pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
     let project = arguments.project.or_here()?;
-    let form = match arguments.format {
+    let form = match values::format_or_suffix(arguments.format, arguments.output.as_deref())? {
         Format::Wcnf => QuestionFormat::Wcnf,
         Format::Smt2 => QuestionFormat::Smt2,
     };

@@ -319,7 +319,7 @@ fn what_is_written_by_an_index_reaches_as_far_as_is_stated() {
     let fault = |facts: &str| takes(facts).unwrap_err();
     assert!(fault("Z5 = [0, 9]").ends_with("no instruction writes through an index 'Z5'"));
     assert!(
-        fault("'a.il:2' = [0, 9]").ends_with("no instruction writes through an index at a.il:2")
+        fault("'a.il:2' = [0, 9]").ends_with("at a.il:2, no instruction writes through an index")
     );
     assert!(fault("Z0 = [40000, 50000]").ends_with("the index 'Z0' is never 40000 to 50000"));
     let apart = fault("'a.il:4' = [0, 9]\nZ0 = [10, 20]");

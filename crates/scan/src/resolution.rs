@@ -71,6 +71,10 @@ impl<'p> Run<'p> {
             return None;
         }
         let (results, mut settled) = self.execute_operation(choice, meaning, at)?;
+        let missing = meaning.outputs.iter().skip(results.len());
+        if missing.into_iter().any(|target| *target != Target::Nowhere) {
+            return None;
+        }
         let mut places: Vec<ResolvedTarget<'p>> = Vec::with_capacity(results.len());
         for (target, result) in meaning.outputs.iter().zip(&results) {
             let (place, known) =
