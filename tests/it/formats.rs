@@ -273,13 +273,21 @@ fn reports_in_the_directory_of_the_programs_are_not_taken_for_programs() {
 }
 
 #[test]
-fn a_suffix_names_the_format_of_a_chart_or_is_refused() {
+fn a_suffix_names_the_format_of_other_commands_or_is_refused() {
     let directory = tempfile::tempdir().expect("a directory");
     let chart = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/sfc/line.st");
-    for (file, begins) in
-        [("a.gv", "digraph"), ("a.SVG", "<svg"), ("a.json", "{"), ("a", "line.st")]
-    {
-        let output = scanbound(&["sfc", chart, "-o", file], directory.path());
+    let group = ["export", chart, "--group", "1"];
+    for (command, file, begins) in [
+        (&["sfc", chart][..], "a.gv", "digraph"),
+        (&["sfc", chart], "a.SVG", "<svg"),
+        (&["sfc", chart], "a.json", "{"),
+        (&["sfc", chart], "a", "line.st"),
+        (&["explain", "MOV"], "b.json", "scanbound.explain/1"),
+        (&["explain", "MOV"], "b.txt", "MOV"),
+        (&group, "c.smt2", "(assert-soft"),
+        (&group, "c.wcnf", "h "),
+    ] {
+        let output = scanbound(&[command, &["-o", file]].concat(), directory.path());
         let text = fs::read_to_string(directory.path().join(file)).expect(file);
         assert!(text.contains(begins), "{file}: {}{text}", told(&output));
     }
