@@ -257,7 +257,7 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     let plain = chart(&["<ST><p>x := TRUE;</p></ST>".to_owned()], &always);
     refused(&plain.replace("<actionBlock", "<actionBlock negated=\"true\""), "negated");
     refused(&plain.replace("<transition", "<transition priority=\"1x\""), "priority");
-    refused(&plain.replace("</SFC>", &format!("{}</SFC>", coil(9, 1, "y"))), "carries it out");
+    refused(&plain.replace("</SFC>", &format!("{}</SFC>", coil(9, 1, "y"))), "executes it");
     refused(&format!("{plain}</body><body>{plain}"), "second body");
     refused("<ST><p>x := TRUE;</p></ST><IL>LD y</IL>", "several languages");
     let edge = contact(1, "edge=\"both\"", 0, "a");

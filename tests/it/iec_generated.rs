@@ -166,7 +166,8 @@ fn outputs_that_generators_may_take_for_others_are_refused() {
     let text = |head: &str, pins: &[(&str, (u32, &str))], outputs: &[&str], taken: &str| {
         let drawn = block(3, head, pins, outputs);
         let ends = out(4, (3, taken), "x").replace(" formalParameter=\"\"", "");
-        let body = format!("<FBD>{}{}{drawn}{ends}</FBD>", wired(1, "v"), wired(2, "w"));
+        let second = pins.get(1).map_or(String::new(), |_| wired(2, "w"));
+        let body = format!("<FBD>{}{second}{drawn}{ends}</FBD>", wired(1, "v"));
         let function =
             unit("q := b;").replace("functionBlock", "function").replace("\"T\"", "\"F\"");
         let function =
@@ -364,6 +365,38 @@ fn a_block_that_two_conditions_use_is_executed_once() {
 }
 
 #[test]
+fn conditions_that_depend_on_each_others_blocks_are_refused_in_any_order_of_the_file() {
+    let told = |units: &str, drawn: &[String], outputs| {
+        let chart = units.to_owned() + &turning(&drawn.concat(), "t:T s:T r:R_TRIG", outputs);
+        let told = turned(&chart, "v:BOOL w:BOOL", ("", "TRUE")).err()?.join("; ");
+        assert!(told.contains("which of them comes first is not known"), "{told}");
+        Some(told)
+    };
+    const R: &str = "typeName=\"R_TRIG\" instanceName=\"r\"";
+    // A block writes v, of which the other condition looks at the edge.
+    let behind = at("contact", 8, &[(6, "q")], "<variable>w</variable>");
+    let edge = contact(7, "edge=\"rising\"", 0, "v");
+    let drawn =
+        [wired(5, "TRUE"), block(6, T, &[("b", (5, ""))], &["q"]), behind, RAIL.into(), edge];
+    for turn in 0..drawn.len() {
+        let mut drawn = drawn.clone();
+        drawn.rotate_left(turn);
+        let plain = drawn
+            .clone()
+            .map(|one| one.replace(T, R).replace("\"b\"", "\"CLK\"").replace("\"q\"", "\"Q\""));
+        assert!(told(&unit("v := b;"), &drawn, [(8, ""), (7, "")]).is_some(), "{turn}");
+        assert!(told(&unit("v := b;"), &drawn, [(7, ""), (8, "")]).is_some(), "{turn}");
+        assert_eq!(told(&unit(""), &plain, [(8, ""), (7, "")]), None, "{turn}");
+    }
+    // Two blocks feed each other: each condition begins with another one.
+    let other = "typeName=\"T\" instanceName=\"s\"";
+    let ring =
+        [block(5, T, &[("b", (6, "q"))], &["q"]), block(6, other, &[("b", (5, "q"))], &["q"])];
+    assert!(told(&unit("q := b;"), &ring, [(5, "q"), (6, "q")]).is_some());
+    assert_eq!(told(&unit("q := b;"), &ring, [(5, "q"), (5, "q")]), None);
+}
+
+#[test]
 fn what_generators_do_otherwise_with_a_drawn_condition_is_refused() {
     let drawn = |number: u32| {
         let edge = block(6, "typeName=\"R_TRIG\" instanceName=\"r\"", &[("CLK", (5, ""))], &["Q"]);
@@ -399,17 +432,46 @@ fn what_generators_do_otherwise_with_a_drawn_condition_is_refused() {
 }
 
 #[test]
-fn contacts_that_lead_to_nothing_are_refused() {
+fn what_leads_to_nothing_is_refused_unless_generators_leave_it_out() {
+    let refuses = |text: &str| {
+        bound(text).is_err_and(|told| told.concat().contains("leads to nothing that is executed"))
+    };
+    let both = |text: &str| (refuses(text), refuses(&as_drawn(text)));
     let drawn = |ends: &str| {
         let body = format!("<LD>{RAIL}{}{ends}</LD>", contact(1, "", 0, "v"));
         project("", "v:BOOL x:BOOL", &body, "TRUE")
     };
     let rail = at("rightPowerRail", 2, &[(1, "")], "");
-    for text in [drawn(""), drawn(&rail), drawn(&(rail.clone() + &coil(3, 0, "x")))] {
-        assert!(refusal(&text).contains("it leads to no coil"));
-        assert!(refusal(&as_drawn(&text)).contains("it leads to no coil"));
+    let connector = at("connector name=\"k\"", 2, &[(1, "")], "");
+    for ends in ["", &rail, &(rail.clone() + &coil(3, 0, "x")), &connector] {
+        assert_eq!(both(&drawn(ends)), (true, true), "{ends}");
     }
-    assert!(bound(&drawn(&(rail + &coil(3, 1, "x")))).is_ok());
+    assert_eq!(both(&drawn(&(rail + &coil(3, 1, "x")))), (false, false));
+    let continued = coil(3, 4, "x") + &at("continuation name=\"k\"", 4, &[], "");
+    assert_eq!(both(&drawn(&(connector + &continued))), (false, false));
+    // Generators execute what outputs, coils and blocks ask for.
+    let beside = |more: &str| {
+        let body = format!("<FBD>{}{more}{}</FBD>", wired(1, "n + 1"), out(4, (5, ""), "x"));
+        project("", "n:INT x:BOOL", &(body.replace("</FBD>", &wired(5, "TRUE")) + "</FBD>"), "TRUE")
+    };
+    let rail = at("rightPowerRail", 2, &[(1, "")], "");
+    let connector = at("connector name=\"k\"", 2, &[(1, "")], "");
+    for more in ["", &rail, &connector] {
+        assert_eq!(both(&beside(more)), (false, true), "{more}");
+    }
+    assert_eq!(both(&beside(&out(2, (1, ""), "n"))), (false, false));
+    assert_eq!(both(&beside("").replace("n + 1", "1")), (false, false));
+    // The same beside a chart and in the condition of a transition.
+    let block = |id: u32, from: u32| block(id, "typeName=\"NOT\"", &[("IN", (from, ""))], &["OUT"]);
+    let chart = |more: &str| {
+        let chart = turning(&(wired(5, "TRUE") + more), "", [(5, ""), (5, "")]);
+        project(&chart, "f:F n:INT v:BOOL", "<ST><p>f();</p></ST>", "TRUE")
+    };
+    assert_eq!(both(&chart(&wired(6, "n + 1"))), (false, true));
+    for more in [block(6, 5), RAIL.to_owned() + &contact(6, "", 0, "v"), block(6, 7) + &block(7, 6)]
+    {
+        assert_eq!(both(&chart(&more)), (true, true), "{more}");
+    }
 }
 
 #[test]

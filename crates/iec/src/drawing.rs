@@ -3,6 +3,7 @@
 use crate::ast::{Expr, Path, Statement, change};
 use crate::fault::Fault;
 use scanbound_base::code::Code;
+use std::collections::BTreeSet;
 
 /// An element of a drawing, by its number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -173,6 +174,18 @@ impl Drawing {
         self.elements.iter().enumerate().map(|(at, one)| (ElementId(at), one))
     }
 
+    /// Elements, and everything that leads to them.
+    pub fn reaching(&self, ends: impl IntoIterator<Item = ElementId>) -> BTreeSet<ElementId> {
+        let mut found = BTreeSet::new();
+        let mut open: Vec<ElementId> = ends.into_iter().collect();
+        while let Some(id) = open.pop() {
+            if found.insert(id) {
+                open.extend(self.element(id).leading());
+            }
+        }
+        found
+    }
+
     /// Whether an element does anything.
     #[must_use]
     pub fn acts(&self) -> bool {
@@ -264,6 +277,15 @@ impl Element {
             _ => &[],
         });
         self.inputs.iter().chain(wired)
+    }
+
+    /// The elements that lead to it; to a continuation, its connector.
+    pub fn leading(&self) -> impl Iterator<Item = ElementId> {
+        let connector = match self.kind {
+            ElementKind::Continuation(from) => Some(from),
+            _ => None,
+        };
+        self.sources().map(|from| from.from).chain(connector)
     }
 
     /// The element for messages.

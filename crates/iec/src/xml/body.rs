@@ -13,7 +13,7 @@ use crate::ast::{Expr, Kind, Literal, Statement};
 use crate::chart::draft::{Draft, DraftMacro, DraftTransition};
 use crate::chart::expansion::DEEPEST;
 use crate::chart::{Block, Chart, Qualifier, Step, Target};
-use crate::drawing::Drawing;
+use crate::drawing::{Drawing, Element, ElementId, ElementKind};
 use crate::fault::Fault;
 use crate::{Body, Language, parse, same};
 use roxmltree::Node;
@@ -59,7 +59,10 @@ fn executed(
         Language::Il => Body::Code(language, parse::instruction_list(&written, line)?),
         _ => {
             let drawing = drawing(reading.text, inner)?;
-            leads_to_something(&drawing)?;
+            // What leads to a connector alone is not looked at by all.
+            let is_end = |one: &Element| one.acts() && one.kind != ElementKind::Connector;
+            let ends = drawing.all().filter(|(_, one)| is_end(one)).map(|(id, _)| id);
+            leads_to_something(&drawing, ends)?;
             let drawing = Some(drawing).filter(Drawing::acts);
             Body::Drawn(language, drawing.into_iter().collect())
         }
@@ -211,27 +214,33 @@ fn draft(
 
 /// Refuses elements beside a chart that would act by themselves: only conditions are drawn there.
 fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
-    let is_used = |node: Node<'_, '_>| {
-        let id = node.attribute("localId");
-        body.descendants()
-            .any(|one| one.tag_name().name() == "connection" && one.attribute("refLocalId") == id)
-    };
-    for node in elements(body) {
-        let name = node.tag_name().name();
-        let is_of_the_chart = [ELEMENTS, BESIDE, LOOKED_AT].iter().any(|all| all.contains(&name));
-        if is_of_the_chart || (name == "block" && is_used(node)) {
-            continue;
-        }
-        let message = format!("{}: nothing of a chart carries it out", called(node));
+    let of = |names: &[&str]| elements(body).find(|one| !names.contains(&one.tag_name().name()));
+    if let Some(node) = of(&[ELEMENTS, BESIDE, LOOKED_AT].concat()) {
+        let message = format!("{}: nothing of a chart executes it", called(node));
         let help = "move it into an action of a step";
         return Err(text.fault(node, message).help(help));
     }
-    Ok(())
+    if of(&[ELEMENTS, BESIDE].concat()).is_none() {
+        return Ok(());
+    }
+    let conditions = elements(body).filter_map(|node| child(node, "condition"));
+    let points = conditions.map(|own| child(own, "connectionPointIn").unwrap_or(own));
+    let ends: BTreeSet<&str> = points.flat_map(sources).map(|(id, _)| id).collect();
+    let drawing = drawing(text, body)?;
+    let is_end = |one: &(ElementId, &Element)| ends.contains(&*one.1.local_id);
+    leads_to_something(&drawing, drawing.all().filter(is_end).map(|(id, _)| id))
 }
 
 /// What conditions are drawn with, and does nothing by itself.
-const LOOKED_AT: &[&str] =
-    &["leftPowerRail", "rightPowerRail", "contact", "inVariable", "connector", "continuation"];
+const LOOKED_AT: &[&str] = &[
+    "leftPowerRail",
+    "rightPowerRail",
+    "contact",
+    "inVariable",
+    "connector",
+    "continuation",
+    "block",
+];
 
 /// A transition's number of priority.
 fn priority(text: &Text, node: Node<'_, '_>) -> Result<Option<u32>, Fault> {

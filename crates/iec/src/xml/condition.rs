@@ -1,7 +1,7 @@
 //! Conditions that are drawn, as expressions. What their blocks put out is read from variables, where an action of its
 //! own executes the blocks in each scan.
 
-use super::drawn::drawing;
+use super::drawn::{drawing, leads_to_something};
 use super::reading::Reading;
 use crate::ast::{Argument, Expr, Held};
 use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
@@ -48,12 +48,8 @@ pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Resu
         return Err(one.fault("it is not followed in a condition"));
     }
     let (from, is_negated, called) = (end.inputs.clone(), end.negated_in, end.called());
-    let (value, reached) = value(reading, &drawing, from, &called)?;
-    let is_left =
-        |(id, one): &(ElementId, &Element)| one.block().is_some() && !reached.contains(id);
-    if let Some((_, one)) = drawing.all().find(is_left) {
-        return Err(one.fault("the condition does not depend on it"));
-    }
+    leads_to_something(&drawing, from.iter().map(|one| one.from))?;
+    let value = value(reading, &drawing, from, &called)?;
     Ok(if is_negated { value.not() } else { value })
 }
 
@@ -75,16 +71,16 @@ pub(super) fn of_transition(
         Ok(Connection { from, output: output.unwrap_or_default().to_owned() })
     });
     let wires = wires.collect::<Result<Vec<_>, Fault>>()?;
-    value(reading, &drawing, wires, called).map(|(value, _)| value)
+    value(reading, &drawing, wires, called)
 }
 
-/// A condition's value, and the blocks that it depends on.
+/// A condition's value.
 fn value(
     reading: &mut Reading<'_, '_>,
     drawing: &Drawing,
     from: Vec<Connection>,
     called: &str,
-) -> Result<(Expr, BTreeSet<ElementId>), Fault> {
+) -> Result<Expr, Fault> {
     if let Some(one) =
         drawing.elements.iter().find(|one| !drawing.is_executed_as_drawn && has_lost_sign(one))
     {
@@ -104,25 +100,16 @@ fn value(
         called,
         apart: (reading.computes && !drawing.is_executed_as_drawn).then(|| reading.part.clone()),
         acts: false,
-        reached: BTreeSet::new(),
+        met: BTreeSet::new(),
         open: BTreeSet::new(),
         visits: 0,
     };
     let value = walk.joined(&from)?;
-    let mut reached = walk.reached;
-    let mut open: Vec<ElementId> = reached.iter().copied().collect();
-    while let Some(id) = open.pop() {
-        for from in drawing.element(id).sources().map(|one| one.from) {
-            if reached.insert(from) {
-                open.push(from);
-            }
-        }
-    }
     if walk.acts {
         let part = reading.part.clone();
         reading.compute(part, from, drawing);
     }
-    Ok((value, reached))
+    Ok(value)
 }
 
 /// Whether an element has a sign that generators leave out.
@@ -146,7 +133,7 @@ struct Walk<'d> {
     /// Whether there is anything to execute.
     acts: bool,
     /// The blocks that were met.
-    reached: BTreeSet<ElementId>,
+    met: BTreeSet<ElementId>,
     open: BTreeSet<ElementId>,
     visits: usize,
 }
@@ -229,7 +216,7 @@ impl<'d> Walk<'d> {
         block: &Block,
         output: &str,
     ) -> Result<Expr, Fault> {
-        let is_first_time = self.reached.insert(id);
+        let is_first_time = self.met.insert(id);
         let first = block.results().next().unwrap_or_default();
         let named = if output.is_empty() { first } else { output };
         let is_given_back = block.has_input(named) && block.has_output(named);

@@ -249,28 +249,26 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
-/// Refuses contacts that lead to nothing that acts: whether a controller looks at them is not known.
-pub(super) fn leads_to_something(drawing: &Drawing) -> Result<(), Fault> {
-    let mut is_taken = vec![false; drawing.elements.len()];
-    let mut open: Vec<ElementId> =
-        drawing.all().filter(|(_, one)| one.acts()).map(|(id, _)| id).collect();
-    while let Some(id) = open.pop() {
-        if std::mem::replace(&mut is_taken[id.0], true) {
-            continue;
+/// Refuses contacts, blocks and expressions that lead to none of these: whether a controller looks at them is not known.
+/// Generators leave expressions out.
+pub(super) fn leads_to_something(
+    drawing: &Drawing,
+    ends: impl IntoIterator<Item = ElementId>,
+) -> Result<(), Fault> {
+    let taken = drawing.reaching(ends);
+    let is_looked_at = |one: &Element| match one.kind {
+        ElementKind::Contact | ElementKind::Block(_) => true,
+        ElementKind::In | ElementKind::InOut => {
+            drawing.is_executed_as_drawn && !matches!(one.operand, Ok(Expr::Literal(_)))
         }
-        let one = drawing.element(id);
-        if let ElementKind::Continuation(from) = one.kind {
-            open.push(from);
-        }
-        open.extend(one.sources().map(|from| from.from));
-    }
-    let is_left =
-        |(id, one): &(ElementId, &Element)| one.kind == ElementKind::Contact && !is_taken[id.0];
-    match drawing.all().find(is_left) {
+        _ => false,
+    };
+    match drawing.all().find(|(id, one)| is_looked_at(one) && !taken.contains(id)) {
         None => Ok(()),
         Some((_, one)) => {
-            let what = "it leads to no coil, output or block: whether a controller looks at it is not known";
-            let help = "lead it to a coil, or take it out of the drawing";
+            one.operand_is_there()?;
+            let what = "it leads to nothing that is executed: whether a controller looks at it is not known";
+            let help = "lead it to a coil, an output or a block, or take it out of the drawing";
             Err(one.fault(what).code(Code::NotModelled).help(help))
         }
     }
@@ -284,15 +282,7 @@ fn leads_on(drawing: &Drawing) -> Result<(), Fault> {
         };
         !leaves(&drawing.element(*id).kind)
     };
-    let before = |id: ElementId| {
-        let one = drawing.element(id);
-        let connector = match one.kind {
-            ElementKind::Continuation(from) => Some(from),
-            _ => None,
-        };
-        let all = one.sources().map(|from| from.from).chain(connector);
-        all.filter(passes).collect::<Vec<_>>()
-    };
+    let before = |id: ElementId| drawing.element(id).leading().filter(passes).collect::<Vec<_>>();
     let mut seen = vec![false; drawing.elements.len()];
     let mut is_open = vec![false; drawing.elements.len()];
     let acts =

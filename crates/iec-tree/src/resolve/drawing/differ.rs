@@ -81,16 +81,40 @@ impl Resolver<'_> {
         sheet: &Sheet<'_>,
         known: &Progress<'_>,
     ) -> Result<(), Fault> {
-        for (at, one) in known.all.iter().enumerate() {
-            let asks_for = sheet.blocks_before(one.owner);
-            let others = known.all[..at]
-                .iter()
-                .filter(|other| other.owner != one.owner && !asks_for.contains(&other.owner));
-            if { others }.any(|other| self.meet(&one.touched, &other.touched)) {
-                return Err(several_conditions(one.statement.line));
-            }
+        let owners = known.all.iter().map(|one| one.owner).collect();
+        match self.unclear_order(sheet, known, owners) {
+            Some((one, _)) => Err(several_conditions(sheet.drawing.element(one).line)),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Two of these elements or of the blocks that they ask for of which neither is executed for the other, and it
+    /// matters which of them comes first.
+    fn unclear_order(
+        &self,
+        sheet: &Sheet<'_>,
+        known: &Progress<'_>,
+        mut open: Vec<ElementId>,
+    ) -> Option<(ElementId, ElementId)> {
+        let mut touched: BTreeMap<ElementId, Vec<&Touched>> = BTreeMap::new();
+        known.all.iter().for_each(|one| touched.entry(one.owner).or_default().push(&one.touched));
+        let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
+        while let Some(id) = open.pop() {
+            before.entry(id).or_insert_with(|| {
+                let blocks = sheet.blocks_before(id);
+                open.extend(&blocks);
+                blocks
+            });
+        }
+        let meets = |one: &ElementId, other: &ElementId| {
+            let is_fixed = before[one].contains(other) != before[other].contains(one);
+            let all = |id| touched.get(id).into_iter().flatten();
+            !is_fixed && all(one).any(|one| all(other).any(|other| self.meet(one, other)))
+        };
+        let mut pairs = before
+            .keys()
+            .flat_map(|one| before.range(one..).skip(1).map(move |(two, _)| (one, two)));
+        pairs.find(|(one, other)| meets(one, other)).map(|(one, other)| (*one, *other))
     }
 
     /// Whether it matters which of two comes first.
@@ -121,39 +145,17 @@ impl Resolver<'_> {
         sheet: &Sheet<'_>,
         known: &Progress<'_>,
     ) -> Result<(), Fault> {
-        let mut touched: BTreeMap<ElementId, Vec<&Touched>> = BTreeMap::new();
-        known.all.iter().for_each(|one| touched.entry(one.owner).or_default().push(&one.touched));
-        for own in sheet.unclear_rows() {
-            let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
-            let mut open = own;
-            while let Some(id) = open.pop() {
-                before.entry(id).or_insert_with(|| {
-                    let blocks = sheet.blocks_before(id);
-                    open.extend(&blocks);
-                    blocks
-                });
-            }
-            let meets = |one: &ElementId, other: &ElementId| {
-                let is_fixed = before[one].contains(other) != before[other].contains(one);
-                let all = |id| touched.get(id).into_iter().flatten();
-                !is_fixed && all(one).any(|one| all(other).any(|other| self.meet(one, other)))
-            };
-            let pairs = before
-                .keys()
-                .flat_map(|one| before.range(one..).map(move |(other, _)| (one, other)));
-            if let Some((one, other)) =
-                { pairs }.find(|(one, other)| one != other && meets(one, other))
-            {
-                let (one, other) = (sheet.drawing.element(*one), sheet.drawing.element(*other));
-                let what = format!(
-                    "whether it comes before {} is not clear: older generators sort by rows of ten units, and these are not apart",
-                    other.called()
-                );
-                let help = "move elements until their rows are ten units apart, or number them";
-                return Err(one.fault(&what).code(Code::NotModelled).help(help));
-            }
-        }
-        Ok(())
+        let mut rows = sheet.unclear_rows().into_iter();
+        let Some((one, other)) = rows.find_map(|own| self.unclear_order(sheet, known, own)) else {
+            return Ok(());
+        };
+        let (one, other) = (sheet.drawing.element(one), sheet.drawing.element(other));
+        let what = format!(
+            "whether it comes before {} is not clear: older generators sort by rows of ten units, and these are not apart",
+            other.called()
+        );
+        let help = "move elements until their rows are ten units apart, or number them";
+        Err(one.fault(&what).code(Code::NotModelled).help(help))
     }
 }
 

@@ -105,7 +105,7 @@ impl Resolver<'_> {
             }
         }
         let progress = drawer.progress;
-        if goal.from.len() > 1 {
+        if goal.from.windows(2).any(|both| both[0] != both[1]) {
             self.goals_are_apart(sheet, &progress)?;
         }
         Ok(progress.all.into_iter().map(|one| one.statement).collect())

@@ -134,31 +134,16 @@ impl Sheet<'_> {
 
     /// The blocks that an element asks for.
     pub(super) fn blocks_before(&self, id: ElementId) -> BTreeSet<ElementId> {
-        let mut seen = BTreeSet::new();
-        let mut open = vec![id];
-        while let Some(id) = open.pop() {
-            let one = self.drawing.element(id);
-            let connector = match one.kind {
-                ElementKind::Continuation(from) => Some(from),
-                _ => None,
-            };
-            let all = one.sources().map(|from| from.from).chain(connector);
-            open.extend(all.filter(|from| seen.insert(*from)));
-        }
-        seen.retain(|id| self.drawing.element(*id).block().is_some());
-        seen
+        let mut found = self.drawing.reaching(self.drawing.element(id).leading());
+        found.retain(|id| self.drawing.element(*id).block().is_some());
+        found
     }
 
     /// Elements that lead back to themselves, with their places in this order.
     fn loops_among(&self, acting: &[ElementId]) -> Loops {
         let mut ways: DiGraphMap<ElementId, ()> = DiGraphMap::new();
         for (id, one) in self.drawing.all() {
-            for connection in one.sources() {
-                ways.add_edge(connection.from, id, ());
-            }
-            if let ElementKind::Continuation(from) = one.kind {
-                ways.add_edge(from, id, ());
-            }
+            one.leading().for_each(|from| _ = ways.add_edge(from, id, ()));
         }
         let place: BTreeMap<ElementId, usize> = acting.iter().copied().zip(0..).collect();
         let mut loops = Loops { begin_first: true, ..Loops::default() };

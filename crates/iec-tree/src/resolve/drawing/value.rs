@@ -371,7 +371,15 @@ impl<'d> Drawer<'_, '_, 'd> {
                 StatementKind::CallIf(looked_at.expr, Box::new(inner))
             }
         };
+        // In front of no block, an edge of a condition belongs to its contact.
+        let is_block_s = self.element(self.progress.owner).block().is_some();
+        let owner = match self.sheet.drawing.goal.is_some() && !is_block_s {
+            true => of.0,
+            false => self.progress.owner,
+        };
+        let outer = std::mem::replace(&mut self.progress.owner, owner);
         self.add(one.line, resolved(Ok(kind)), text);
+        self.progress.owner = outer;
         let mut shows = place;
         shows.steps.push(Step::Pin(Pin::Q));
         shows.ty = bool;
