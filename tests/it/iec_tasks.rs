@@ -208,3 +208,23 @@ fn inputs_change_while_other_tasks_run() {
     let both = "IF %IX0.0 THEN x := TRUE; END_IF; IF NOT %IX0.0 THEN y := TRUE; END_IF;";
     assert_eq!(bounds("n := 1;", both)[0], Some(2));
 }
+
+#[test]
+fn instances_of_one_name_are_refused_and_a_program_that_is_named_twice_is_called_twice() {
+    // Every second call takes longer, of each instance by itself.
+    let code = "x := NOT x; IF x THEN n := 1; n := 2; n := 3; END_IF";
+    let of = |instances: &str| {
+        let text = format!(
+            "PROGRAM p VAR x : BOOL; n : INT; END_VAR {code} END_PROGRAM \
+             CONFIGURATION c RESOURCE r ON plc TASK t(INTERVAL := T#10ms, PRIORITY := 1); \
+             TASK u(INTERVAL := T#20ms, PRIORITY := 2); {instances} END_RESOURCE END_CONFIGURATION"
+        );
+        audited(&text, None, &Facts::default()).map(|found| micros(found.bound.upper))
+    };
+    assert_eq!(of("PROGRAM i WITH t : p; PROGRAM j WITH t : p;"), Ok(8));
+    assert_eq!(of("PROGRAM p WITH t : p; PROGRAM p WITH t : p;"), Ok(5));
+    for second in ["PROGRAM i WITH t : p;", "PROGRAM I WITH u : p;", "PROGRAM i : p;"] {
+        let told = of(&format!("PROGRAM i WITH t : p; {second}"));
+        assert_eq!(told, Err(vec![Code::DeclaredTwice]), "{second}");
+    }
+}

@@ -124,8 +124,9 @@ impl<'p> Check<'p> {
         };
         let mut seen: BTreeMap<String, &str> = BTreeMap::new();
         for (name, of) in &all {
-            let first = *seen.entry(name.to_ascii_uppercase()).or_insert(of);
-            if !same(first, of) {
+            let first = seen.insert(name.to_ascii_uppercase(), of);
+            // A program by its own name is one instance (CODESYS, TwinCAT), which is called each time.
+            if let Some(first) = first.filter(|first| !same(first, of) || !same(name, of)) {
                 let what = format!("the program instance {name}");
                 self.twice(&what, site(first), site(of));
             }
