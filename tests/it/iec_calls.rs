@@ -104,9 +104,9 @@ fn a_call_that_depends_on_the_order_of_its_inputs_or_outputs_is_refused() {
 #[test]
 fn a_negated_output_of_a_standard_function_is_written() {
     for call in ["x := MOVE(IN := 1, NOT OUT => q);", "x := MOVE(IN := 1, OUT => q);"] {
-        for condition in ["q", "NOT q"] {
+        for (before, condition) in [("FALSE", "q"), ("TRUE", "NOT q")] {
             let statement = format!(
-                "q := TRUE; {call} IF {condition} THEN FOR y := 1 TO 50 DO r := 1; END_FOR END_IF"
+                "q := {before}; {call} IF {condition} THEN FOR y := 1 TO 50 DO r := 1; END_FOR END_IF"
             );
             let (upper, _) = times(&statement, "ST").expect(call);
             assert!(upper > 50, "{statement}: {upper}");

@@ -134,35 +134,13 @@ pub fn of_expr(one: &Expr, see: &mut dyn Accesses) {
             of_indices(&flag.owner, see);
             see.asks(flag);
         }
-        ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
-            of_expr(inner, see);
-        }
-        ExprKind::Binary(_, left, right) => {
-            of_expr(left, see);
-            of_expr(right, see);
-        }
         ExprKind::Call(call) => of_call(call, see),
         ExprKind::After(both) => {
             of_call(&both.0, see);
             of_expr(&both.1, see);
         }
         ExprKind::Standard(applied) => of_applied(applied, see),
-        ExprKind::List(all) => all.iter().for_each(|one| of_expr(one, see)),
-        ExprKind::Either(Some(both)) => {
-            of_expr(&both.0, see);
-            of_expr(&both.1, see);
-        }
-        ExprKind::Bool(_)
-        | ExprKind::Whole(_)
-        | ExprKind::Typed(_)
-        | ExprKind::Named(_)
-        | ExprKind::Real(_)
-        | ExprKind::Time(_)
-        | ExprKind::Opaque
-        | ExprKind::Text(_)
-        | ExprKind::Null
-        | ExprKind::Either(None)
-        | ExprKind::Fault(_) => {}
+        _ => one.each_operand(&mut |inner| of_expr(inner, see)),
     }
 }
 

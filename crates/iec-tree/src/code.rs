@@ -325,6 +325,17 @@ impl Place {
             _ => &[],
         })
     }
+
+    /// The indices that are worked out.
+    pub fn open_indices(&self) -> impl Iterator<Item = &Expr> {
+        self.indices().filter(|index| index.whole().is_none())
+    }
+
+    /// Whether an index is worked out.
+    #[must_use]
+    pub fn has_open_index(&self) -> bool {
+        self.open_indices().next().is_some()
+    }
 }
 
 impl Expr {
@@ -362,30 +373,26 @@ impl Expr {
         }
     }
 
-    /// Shows it and all in it, what calls pass and what `EN` is given included; not what stands in indices.
-    pub fn each(&self, see: &mut dyn FnMut(&Expr)) {
-        see(self);
+    /// Shows what it is directly made of, what calls pass and what `EN` is given included; not what stands in indices.
+    pub fn each_operand(&self, see: &mut dyn FnMut(&Expr)) {
         match &self.kind {
-            ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => {
-                inner.each(see);
-            }
+            ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => see(inner),
             ExprKind::Binary(_, left, right) => {
-                left.each(see);
-                right.each(see);
+                see(left);
+                see(right);
             }
             ExprKind::Standard(applied) => {
-                let given = applied.inputs.iter().chain(&applied.enable.condition);
-                given.for_each(|one| one.each(see));
+                applied.inputs.iter().chain(&applied.enable.condition).for_each(see);
             }
-            ExprKind::Call(call) => call.given().for_each(|one| one.each(see)),
+            ExprKind::Call(call) => call.given().for_each(see),
             ExprKind::After(both) => {
-                both.0.given().for_each(|one| one.each(see));
-                both.1.each(see);
+                both.0.given().for_each(&mut *see);
+                see(&both.1);
             }
-            ExprKind::List(all) => all.iter().for_each(|one| one.each(see)),
+            ExprKind::List(all) => all.iter().for_each(see),
             ExprKind::Either(Some(both)) => {
-                both.0.each(see);
-                both.1.each(see);
+                see(&both.0);
+                see(&both.1);
             }
             ExprKind::Bool(_)
             | ExprKind::Whole(_)
@@ -402,6 +409,12 @@ impl Expr {
             | ExprKind::Either(None)
             | ExprKind::Fault(_) => {}
         }
+    }
+
+    /// Shows it and all in it, but not what stands in indices.
+    pub fn each(&self, see: &mut dyn FnMut(&Expr)) {
+        see(self);
+        self.each_operand(&mut |one| one.each(see));
     }
 
     /// Shows what in it calls what the project declares, or is a function of the standard's that gives more than its

@@ -39,7 +39,7 @@ impl Lower<'_> {
             }
         }
         let handed: Vec<&Place> = handed_over(call).collect();
-        if handed.is_empty() && !written_by(call).iter().any(|place| has_open_index(place)) {
+        if handed.is_empty() && !written_by(call).iter().any(|place| place.has_open_index()) {
             return Ok(());
         }
         let within = self.effects_of(called);
@@ -70,14 +70,13 @@ impl Lower<'_> {
         mut within: Effects,
         line: u32,
     ) -> Result<(), Fault> {
-        if !places.iter().any(|place| has_open_index(place)) {
+        if !places.iter().any(|place| place.has_open_index()) {
             return Ok(());
         }
         given.for_each(|one| self.of_expr(at, one, &mut within));
         places.iter().for_each(|place| self.written(at, place, &mut within));
         for place in places {
-            let indices = place.indices().filter(|index| index.whole().is_none());
-            for index in indices {
+            for index in place.open_indices() {
                 let looked = self.found(|own, found| own.of_expr(at, index, found));
                 if index.calls() || within.changes(&looked) {
                     let message =
@@ -101,8 +100,7 @@ impl Lower<'_> {
         call: &Call,
         line: u32,
     ) -> Result<(), Fault> {
-        if place.indices().all(|index| index.whole().is_some())
-            && references_in(place).iter().all(|one| self.means_one(at, one))
+        if !place.has_open_index() && references_in(place).iter().all(|one| self.means_one(at, one))
         {
             return Ok(());
         }
@@ -318,11 +316,6 @@ pub(super) fn written_by(call: &Call) -> Vec<&Place> {
     });
     let results = call.enable.result.iter().map(|(place, _)| place);
     handed_over(call).chain(taken).chain(results).collect()
-}
-
-/// Whether an index of a path is worked out.
-fn has_open_index(place: &Place) -> bool {
-    place.indices().any(|index| index.whole().is_none())
 }
 
 /// What a call hands over in and out.

@@ -89,7 +89,7 @@ impl Lower<'_> {
     /// Whether statements, or what they call, may write a variable.
     pub(super) fn may_write(&mut self, at: &Context, body: &[Statement], place: &Place) -> bool {
         // Which element an index means may change.
-        if place.indices().any(|index| index.whole().is_none()) {
+        if place.has_open_index() {
             return true;
         }
         let written = self.found(|own, found| own.of_statements(at, body, found));

@@ -103,15 +103,14 @@ impl Lower<'_> {
 
 /// Whether an expression takes more time than a constant or a plain variable.
 fn takes_time(one: &Expr) -> bool {
-    let is_open = |place: &Place| place.indices().any(|index| index.whole().is_none());
     let mut takes = false;
     one.each(&mut |one| {
         takes |= match &one.kind {
             ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Standard(_) => true,
             ExprKind::Binary(..) | ExprKind::Negate(_) => one.whole().is_none(),
             ExprKind::Not(inner) => !matches!(inner.kind, ExprKind::Bool(_)),
-            ExprKind::Read(place) | ExprKind::Address(place) => is_open(place),
-            ExprKind::Step(flag) => is_open(&flag.owner),
+            ExprKind::Read(place) | ExprKind::Address(place) => place.has_open_index(),
+            ExprKind::Step(flag) => flag.owner.has_open_index(),
             // What is in these is shown, too.
             ExprKind::Convert(_) | ExprKind::List(_) | ExprKind::Either(_) => false,
             ExprKind::Bool(_)

@@ -688,7 +688,12 @@ fn as_statement(one: Expr) -> StatementKind {
         ExprKind::Call(call) => StatementKind::Call(*call),
         ExprKind::Standard(applied) => StatementKind::Standard(*applied),
         ExprKind::Fault(fault) => StatementKind::Fault(fault),
-        _ => StatementKind::Nothing,
+        _ => {
+            let what = "its value goes nowhere: whether a controller works it out is not known";
+            let help = "assign it to a variable";
+            let fault = Fault::new(one.line, what).code(Code::NotModelled).help(help);
+            StatementKind::Fault(Box::new(fault))
+        }
     }
 }
 

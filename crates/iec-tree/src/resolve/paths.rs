@@ -402,7 +402,7 @@ impl Resolver<'_> {
         let (Target::Method(_, method) | Target::BaseMethod(method)) = call.target else {
             return Err(unknown_name(line, &name));
         };
-        if owner.indices().any(|index| index.whole().is_none()) {
+        if owner.has_open_index() {
             return Err(property_here(line, &owner.text));
         }
         self.before.push(*call);
