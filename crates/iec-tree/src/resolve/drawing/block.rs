@@ -126,8 +126,14 @@ impl<'d> Drawer<'_, '_, 'd> {
             Some(instance) => {
                 let target = instance.as_ref().map_err(Fault::clone)?;
                 self.is_of_its_type(one, block, target)?;
-                let condition = (!enable.is(true)).then(|| enable.expr.clone());
-                let given: Vec<Given<'_>> = given.iter().map(handed_over).collect();
+                let mut given: Vec<Given<'_>> = given.iter().map(handed_over).collect();
+                // Generators hand EN over; some controllers then pass what the other pins are given, others jump.
+                let is_passed = !self.sheet.drawing.is_executed_as_drawn && gives_to_enable(block);
+                if is_passed {
+                    given.push(Given { name: Some("EN"), side: Side::In(enable.value()) });
+                }
+                let jumps = !is_passed && !enable.is(true);
+                let condition = jumps.then(|| enable.expr.clone());
                 let scope = self.sheet.scope;
                 let kind = self.resolver.call_if(scope, condition, target, &given, one.line);
                 let text = format!("{}();", scanbound_iec::show::path(target));
@@ -180,10 +186,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             let enabled = self.result((id, "ENO"), one.line);
             self.progress.enables.insert(id, enabled);
         }
-        let is_wired = block.inputs.iter().any(|pin| {
-            is_enable(&pin.name) && !pin.is_in_out && matches!(pin.given, drawing::Given::Wired(_))
-        });
-        if !enable.is(true) || (is_wired && self.gives_enable(block)) {
+        if !enable.is(true) || !self.sheet.drawing.is_executed_as_drawn && gives_to_enable(block) {
             all.push(Given { name: Some("EN"), side: Side::In(enable.value()) });
         }
         self.begins_anew(id, block);
@@ -449,6 +452,12 @@ impl Resolver<'_> {
             same(&one.name, named) && matches!(one.section, Section::Output | Section::InOut)
         })
     }
+}
+
+/// Whether EN of a block is given anything.
+fn gives_to_enable(block: &Block) -> bool {
+    let is_given = |pin: &drawing::InputPin| !matches!(pin.given, drawing::Given::Nothing);
+    block.inputs.iter().any(|pin| is_enable(&pin.name) && !pin.is_in_out && is_given(pin))
 }
 
 /// The first of a block's outputs.
