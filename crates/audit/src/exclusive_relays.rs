@@ -35,7 +35,7 @@ impl fmt::Display for StartUnknown {
                 "other writers than the program may write the relay; if only the program writes the relay, state that with --trust all, or under [internal] in a facts file (--facts)"
             }
             StartUnknown::Input => {
-                "the relay is an input, or shares a word with bits that the program reads but does not write"
+                "the relay is an input, or shares a word of I/O points with bits that the program reads but does not write"
             }
             StartUnknown::Latched => "the relay is latched: after a power failure it keeps the value that it had in the middle of a scan",
             StartUnknown::Others => "other writers than the program may write the relay: a network, a module or an interrupt, or [external] or [ranges] states so",

@@ -51,9 +51,9 @@ pub enum Fact {
     Count {
         /// The place of the instruction (`MAIN.csv:543`), or the word that holds the number (`D100`).
         at: String,
-        /// The smallest number.
+        /// The smallest number of iterations or units.
         low: i64,
-        /// The largest number.
+        /// The largest number of iterations or units.
         high: i64,
     },
     /// The value of an index where it selects the device that an instruction writes.
@@ -166,8 +166,8 @@ impl Fact {
         }
     }
 
-    /// The statements of the user on which the bound rests, in the order of reports. Left out are calls to routines
-    /// whose code is given. `proved` says which statements are proved.
+    /// The statements of the user on which the bound rests, in the order of reports. Left out are those under [calls]
+    /// about routines whose code is given or that nothing calls. `proved` says which statements are proved.
     pub(super) fn all(request: &Request<'_>, program: &Program, proved: &Proved) -> Vec<Fact> {
         let facts = request.facts;
         let ranges = facts.ranges.iter().map(|(word, &(low, high))| {

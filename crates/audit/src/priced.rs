@@ -103,7 +103,7 @@ pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure>
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
-        let message = format!("the overhead {} is assumed: {}", term.name, term.why);
+        let message = format!("the time of the overhead {} is assumed: {}", term.name, term.why);
         faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if let Some(Factor { text, source, .. }) =

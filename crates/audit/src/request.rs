@@ -57,8 +57,8 @@ pub struct Request<'a> {
     /// Whether the audit checks which stated ranges and exclusive sets the program itself keeps from scan to scan, and
     /// which it violates.
     pub proves_facts: bool,
-    /// Whether the audit searches for mutually exclusive relays, and uses those that scans preserve, if relays are
-    /// trusted.
+    /// Whether the audit searches for sets of mutually exclusive relays, and uses the sets that it proves. It does so
+    /// only if relays are trusted.
     pub relays: bool,
     /// The net from which the program was generated. What the net states about relays is checked on the code. `None` if
     /// there is no net.

@@ -201,7 +201,7 @@ pub fn useless_internal(program: &Program, facts: &Facts, trust: Trust) -> Vec<D
     let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MAX_LISTED);
     idle.map(|(device, _)| {
         let message = format!(
-            "{device} under [internal] has no effect: it is an input, is not cleared at power-up, or is also under [external]"
+            "{device} under [internal] has no effect: it is an input, is not cleared at power-up, is also under [external], or a module may write it"
         );
         warn(message, "remove it")
     })

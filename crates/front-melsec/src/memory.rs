@@ -252,7 +252,7 @@ pub const fn area(name: &str) -> AreaId {
         }
         at += 1;
     }
-    panic!("the area is in the list of areas")
+    panic!("no area has this name")
 }
 
 /// `==` for use in constant expressions.

@@ -165,7 +165,7 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
         [_, _, extra, ..] => {
             return fault(
                 Code::ExtraOperand,
-                format!("'{extra}' is one operand too many"),
+                format!("'{extra}' is too much: the instruction takes one device"),
                 FORM,
                 extra,
             );

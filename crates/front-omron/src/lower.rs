@@ -453,7 +453,7 @@ impl<'a> Lowering<'a> {
                     self.builder.fault(
                         item,
                         Code::NotModelled,
-                        "scanbound does not support an interrupt task that is switched on as an extra cyclic task",
+                        "scanbound does not support interrupt tasks as extra cyclic tasks, which this instruction switches on or off",
                         "define the task as a cyclic task in the project",
                     );
                 }
@@ -609,7 +609,7 @@ impl<'a> Lowering<'a> {
             self.builder.fault(
                 item,
                 Code::Operand,
-                "the subroutine number is not a constant",
+                "the number of the called subroutine is not a constant",
                 "write a constant number, such as SBS(091) 1",
             );
             return;

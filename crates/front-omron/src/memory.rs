@@ -188,7 +188,7 @@ impl Memory {
         (self.family == Family::Cs).then(|| AreaId((CS_AREAS.len() as u32 + bank) as u16))
     }
 
-    /// All banks of the E area, or EM on the C series.
+    /// All banks of the E area; on the C series, the single area EM.
     pub(super) fn extended(self) -> Vec<AreaId> {
         match self.family {
             Family::C => vec![AreaId(5)],

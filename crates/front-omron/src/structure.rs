@@ -119,7 +119,8 @@ fn routines(
                     fault(
                         item,
                         Code::Operand,
-                        "the subroutine number is not a constant".to_owned(),
+                        "the number of the subroutine that begins here is not a constant"
+                            .to_owned(),
                         "write a constant number, such as SBN(092) 1",
                         faults,
                     );

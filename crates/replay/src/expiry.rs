@@ -119,7 +119,7 @@ impl<'p, F: FreeValues> State<'p, F> {
         anew
     }
 
-    /// Whether the timer with this memory cell was not running at some moment of this scan.
+    /// Whether the timer with this memory cell was at rest at some moment of this scan so far.
     fn has_rested(&mut self, memory: Cell) -> bool {
         let started = self.free.start(memory, AreaKind::Word);
         self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)

@@ -314,7 +314,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         }
     }
 
-    /// Why the run ends at this instruction, if an operation error stops the CPU there or may stop it.
+    /// In a real run: why it ends at this instruction, if an operation error stops the CPU there or may stop it. `None`
+    /// in other runs.
     fn fails(&mut self, condition: Truth, executed: Truth) -> Option<StopReason> {
         if self.state.mode != Mode::Real {
             return None;

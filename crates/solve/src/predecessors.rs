@@ -27,7 +27,7 @@ pub type State = Vec<(usize, bool)>;
 pub enum StartState {
     /// A run begins with it, or a first scan leaves it, or a scan that starts in such a state, and so on.
     MayOccur,
-    /// None does: these values, a part of the state, occur at the start of no scan.
+    /// No scan starts in it: these values, a part of the state, occur at the start of no scan.
     Excluded(State),
     /// The limits ended the search before.
     Undecided,

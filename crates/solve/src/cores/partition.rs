@@ -9,8 +9,8 @@ use crate::trace::Trace;
 use std::cmp::Reverse;
 use std::ops::Range;
 
-/// The number of solver decisions, besides those for assumptions, to find out whether a core without one of its
-/// literals is still a core.
+/// The largest number of solver decisions, besides those for assumptions, for the question whether a core without one
+/// of its literals is still a core.
 const CORE_EFFORT: u64 = 30;
 
 /// The largest number of solver decisions for each question whether one more literal of a core (a second, a third, and
