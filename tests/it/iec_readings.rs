@@ -780,17 +780,3 @@ fn structured_text_with_many_commas_is_known_as_such() {
         }
     }
 }
-
-#[test]
-fn initial_steps_may_not_be_entered_in_the_first_scan() {
-    // Each is never entered again.
-    for block in ["h(P);", "h(P1);", "h(SL, T#1s);"] {
-        let action = "ACTION h: x := TRUE; END_ACTION";
-        let text = chart(&format!(
-            "INITIAL_STEP S0: {block} END_STEP STEP S1: END_STEP
-             TRANSITION FROM S0 TO S1 := a; END_TRANSITION {action}"
-        ));
-        let found = trusted("main.st", &text, "", Trust::All).expect("read").bound;
-        assert_eq!((found.upper, found.lower), (Picos(1_000_000), Picos::ZERO), "{block}");
-    }
-}

@@ -80,6 +80,13 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
                 at(*cause)
             )
         }
+        Some(Stopped { at: stop, reason: StopReason::Error, .. }) if !real.readings.is_empty() => {
+            format!(
+                "an operation error at {} stops some controllers in every scan that was tried; state under [controller] whether yours does this: {}{CHOICE}",
+                at(*stop),
+                readings(program, real)
+            )
+        }
         Some(Stopped { at: stop, reason: StopReason::Error, .. }) => {
             format!(
                 "an operation error at {} stops the CPU in every scan that was tried{CHOICE}",
@@ -102,19 +109,21 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
                     at(first)
                 )
             });
-            let readings = real
-                .readings
-                .iter()
-                .map(|&number| format!("\"{}\"", program.readings[number as usize]));
-            let readings: Vec<String> = readings.collect();
-            let differ = match readings.is_empty() {
+            let differ = match real.readings.is_empty() {
                 true => String::new(),
                 false => format!(
                     ", or controllers differ: the simulated scan counts with the least time of any; state under [controller] whether yours does this: {}",
-                    readings.join(", ")
+                    readings(program, real)
                 ),
             };
             why.to_owned() + &differ + &stops.unwrap_or_default()
         }
     }
+}
+
+/// The readings on which a run depends, as a facts file names them.
+fn readings(program: &Program, real: &RealRun) -> String {
+    let names = real.readings.iter();
+    let names = names.map(|&number| format!("\"{}\"", program.readings[number as usize]));
+    names.collect::<Vec<String>>().join(", ")
 }

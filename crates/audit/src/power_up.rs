@@ -27,6 +27,8 @@ const AT_ONCE: usize = 8;
 const MAX_EXECUTED: u64 = 1_500_000;
 /// The largest number of instructions that the runs of one plan execute together.
 const MAX_EXECUTED_PER_RUN: u64 = 400_000;
+/// The largest number of combinations of readings that are compared to find those on which each run stops.
+const MAX_STOPPED: usize = 4096;
 
 /// Which inputs a simulated run has in every other scan, beginning with its first. In the scans between, the inputs are
 /// those of the scan that is to be reached.
@@ -57,9 +59,9 @@ struct InputPlan {
 
 /// Searches for a run of scans from power-up whose last scan takes at least as long as the longest scan found. Empty if
 /// none of the tried sequences leads there. If the last scan takes longer, it becomes the longest scan found; if none
-/// was found before (its time is 0), the longest scan of all tried runs does. If each tried run ends with an operation
-/// error that stops the CPU and that the program alone causes, the time of the longest scan found is removed: nothing
-/// shows that it is possible.
+/// was found before (its time is 0), the longest scan of all tried runs does. If, on controllers with some readings of
+/// a standard, each tried run ends with an operation error that stops the CPU and that the program alone causes, the
+/// time of the longest scan found is removed: nothing shows that it is possible there.
 pub fn run(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -71,7 +73,7 @@ pub fn run(
     let outside = Outside::of(program);
     let overhead = prices.overhead_sum();
     let mut executed = 0;
-    let mut errors = Some(Vec::new());
+    let mut errors = AlwaysStopped::default();
     // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
     let mut longest: Option<Simulated> = None;
@@ -90,8 +92,7 @@ pub fn run(
         let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
         let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
-        let stopped = runs.iter().map(|run| run.error.clone()).collect::<Option<Vec<Stopped>>>();
-        errors = errors.zip(stopped).map(|(all, more)| [all, more].concat());
+        runs.iter().for_each(|run| errors.narrow(&run.errors));
         for run in runs {
             if run.took() > longest.as_ref().and_then(Simulated::took) {
                 longest = Some(run);
@@ -105,11 +106,47 @@ pub fn run(
         found.replace(last, start);
         return scans_for_report(program, overhead, scans);
     }
-    let error = errors.into_iter().flatten().next();
-    if let Some(error) = error.filter(|error| trust == Trust::All && is_own(program, error)) {
-        found.ends_in(error);
+    let is_own = |(_, error): &(Readings, Stopped)| is_own(program, error);
+    if let Some((readings, error)) = errors.left.into_iter().flatten().find(is_own)
+        && trust == Trust::All
+    {
+        found.ends_in(error, &readings);
     }
     Vec::new()
+}
+
+/// The controllers, by their readings of a standard, on which each run so far ended with an operation error, each with
+/// the error of the first run. `None` before the first run.
+#[derive(Default)]
+struct AlwaysStopped {
+    left: Option<Vec<(Readings, Stopped)>>,
+}
+
+impl AlwaysStopped {
+    /// Takes note of a further run, which ends with an operation error on the controllers with these readings.
+    fn narrow(&mut self, errors: &[(Readings, Stopped)]) {
+        let Some(left) = &mut self.left else {
+            self.left = Some(errors.to_vec());
+            return;
+        };
+        if errors.len().saturating_mul(left.len()) > MAX_STOPPED {
+            // The list stays longer than it has to be.
+            return;
+        }
+        let both = |(one, error): &(Readings, Stopped)| -> Vec<(Readings, Stopped)> {
+            let agrees = |other: &Readings| {
+                other.iter().all(|(number, value)| one.get(number).is_none_or(|own| own == value))
+            };
+            let others = errors.iter().filter(|(other, _)| agrees(other));
+            let joined =
+                |other: &Readings| one.iter().chain(other).map(|(&at, &is)| (at, is)).collect();
+            others.map(|(other, _)| (joined(other), error.clone())).collect()
+        };
+        let mut narrower: Vec<(Readings, Stopped)> = left.iter().flat_map(both).collect();
+        narrower.sort_by(|one, other| one.0.cmp(&other.0));
+        narrower.dedup_by(|one, other| one.0 == other.0);
+        *left = narrower;
+    }
 }
 
 /// Whether an operation error depends only on what the program writes. Otherwise a different run may not have the
@@ -202,8 +239,8 @@ struct Simulated {
     /// The number of instructions that the run executed, and the largest that it may.
     executed: u64,
     most: u64,
-    /// The operation error that ends the run. `None` if there was none.
-    error: Option<Stopped>,
+    /// The operation errors that end the run, each with the readings with which it does.
+    errors: Vec<(Readings, Stopped)>,
 }
 
 impl Simulated {
@@ -223,7 +260,7 @@ impl Simulation<'_> {
     /// lead to a scan that takes at least as long as the longest scan found.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut shortest: Option<Simulated> = None;
-        let mut executed = 0;
+        let (mut executed, mut errors) = (0, Vec::new());
         let run = |readings: &Readings| {
             let run = Run::new(self.outside, self.times, self.overhead);
             let mut run = run.with_readings(readings.clone());
@@ -234,15 +271,17 @@ impl Simulation<'_> {
             (one, run.undecided())
         };
         let mut met = BTreeSet::new();
-        in_all_readings(run, |readings, one| {
+        let has_errors = !self.outside.program().errors.is_empty();
+        in_all_readings(run, |readings, mut one| {
             met.extend(readings.keys());
             let leads = one.last.is_some();
+            errors.extend(one.errors.drain(..).map(|(_, error)| (readings.clone(), error)));
             if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
                 shortest = Some(one);
             }
-            leads
+            leads || has_errors
         });
-        let mut shortest = Simulated { executed, ..shortest.unwrap_or_default() };
+        let mut shortest = Simulated { executed, errors, ..shortest.unwrap_or_default() };
         if let Some((last, _)) = &mut shortest.last {
             last.readings = met;
         }
@@ -329,7 +368,8 @@ impl Simulation<'_> {
         let scan = run.scan(given, done.most.saturating_sub(done.executed));
         done.executed += scan.replay.events.len() as u64;
         if !scan.is_possible() {
-            done.error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
+            let error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
+            done.errors.extend(error.map(|error| (Readings::new(), error)));
             return false;
         }
         let took = scan.replay.total;

@@ -10,7 +10,7 @@ use scanbound_model::groups::{groups, unused_constraints, witness};
 use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
-use scanbound_replay::{FreeValues, RealRun, StopReason, Stopped, real};
+use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, real};
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
@@ -86,10 +86,11 @@ impl RunResults {
         self
     }
 
-    /// Ends the best run with this operation error, sets its time to 0 and removes its events: the error stops the CPU
-    /// before any scan that takes so long.
-    pub(super) fn ends_in(&mut self, error: Stopped) {
+    /// Ends the best run with this operation error, sets its time to 0 and removes its events: on controllers with
+    /// these readings the error stops the CPU before any scan that takes so long.
+    pub(super) fn ends_in(&mut self, error: Stopped, readings: &Readings) {
         self.best.stopped = Some(error);
+        self.best.readings = readings.keys().copied().collect();
         self.best.replay.total = Picos::ZERO;
         self.best.replay.events.clear();
     }
@@ -415,7 +416,7 @@ pub(super) fn standing(
     model: &ScanModel,
     variable: VarId,
 ) -> Treatment {
-    let of = |choice| match program.kinds.get(&choice) {
+    standing_of(model, variable, &|choice| match program.kinds.get(&choice) {
         None if summary.contains(&choice) => Treatment::Free,
         // The model knows each result that is defined.
         Some(ChoiceKind::Exact(meaning)) if meaning.operation == Operation::Counted => {
@@ -435,7 +436,16 @@ pub(super) fn standing(
             | ChoiceKind::Reading(_),
         ) => Treatment::Zero,
         None => Treatment::Unknown,
-    };
+    })
+}
+
+/// How a variable is treated whose value is that of a choice, or of one of several choices, by how these are. Others
+/// are [`Treatment::Free`].
+pub(super) fn standing_of(
+    model: &ScanModel,
+    variable: VarId,
+    of: &dyn Fn(ChoiceId) -> Treatment,
+) -> Treatment {
     match &model.variables[variable.0 as usize].origin {
         Origin::Start(_) => Treatment::Free,
         Origin::Choice(key) => of(key.choice),

@@ -34,9 +34,9 @@ const MAX_RELAYS: usize = 200;
 const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
-/// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where all
-/// start states are those that the program reaches, and after many replacements. `longest` is the start of the model's
-/// longest scan, which takes `upper`.
+/// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where
+/// all start states are those that the program reaches; if the program has charts, whose state nobody else writes; and
+/// after many replacements. `longest` is the start of the model's longest scan, which takes `upper`.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -91,12 +91,12 @@ pub(super) fn keep_possible(
         trust,
         limits: &limits,
     };
-    let undecided =
-        |found: RunResults| RunResults { is_start_undecided: trust == Trust::All, ..found };
+    let is_required = trust == Trust::All || !search.program.charts.active.is_empty();
+    let undecided = |found: RunResults| RunResults { is_start_undecided: is_required, ..found };
     let (bits, mut states) = match left.find() {
         Ok(Some(left)) => left,
         Ok(None) => return Ok(found),
-        Err(TooLarge) => return Ok(undecided(found)),
+        Err(Undecided) => return Ok(undecided(found)),
     };
     for _ in 0..MAX_ROUNDS {
         let started = search.started(&found.witness);
@@ -181,7 +181,7 @@ fn bit_of(value: u16, bit: BitTarget) -> bool {
 }
 
 /// There are too many relays or words, or the scan is too large, or the time is over.
-struct TooLarge;
+struct Undecided;
 
 /// Finds which states a scan leaves.
 struct States<'a> {
@@ -196,27 +196,30 @@ struct States<'a> {
 impl<'a> States<'a> {
     /// The bits that hold when a scan starts what the scan before left, and the solver that knows which of their states
     /// occur. `None` if there are no such bits.
-    fn find(&self) -> Result<Option<(Vec<BitTarget>, Predecessors<'a>)>, TooLarge> {
+    fn find(&self) -> Result<Option<(Vec<BitTarget>, Predecessors<'a>)>, Undecided> {
         let (model, _) = self.scan(&[], Purpose::LowerBound)?;
         let memories = memories(self.program, &model);
         let exclusive = ExclusiveRelays::of(self.program, self.trust);
         // Relays, and the bits of words.
         let mut left: Vec<Vec<BitTarget>> = Vec::new();
         if self.trust == Trust::All || !self.program.internal.is_empty() {
+            let lasts = |cell: Cell| !self.program.timekeeping.scratch.contains(&cell.area);
+            let known: BTreeSet<Cell> = memories.iter().map(|bit| bit.cell()).collect();
+            let is_new = |cell: Cell| lasts(cell) && !known.contains(&cell);
             let words = words(&model).into_iter();
-            let words = words.filter(|&cell| exclusive.is_word_left_by_scan(cell));
-            let bits = |cell| (0..16).map(|bit| BitTarget::WordBit(cell, bit)).collect();
-            left.extend(words.map(bits));
+            let words = words.filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell));
+            left.extend(words.map(bits_of_word));
             if left.len() > MAX_WORDS {
-                return Err(TooLarge);
+                return Err(Undecided);
             }
-            let known: BTreeSet<BitTarget> =
-                left.iter().flatten().chain(&memories).copied().collect();
+            let known: BTreeSet<BitTarget> = left.iter().flatten().copied().collect();
             let relays = reachable::read(&model).into_iter();
-            let is_left = |bit: &BitTarget| !known.contains(bit) && exclusive.is_left_by_scan(*bit);
+            let is_left = |bit: &BitTarget| {
+                is_new(bit.cell()) && !known.contains(bit) && exclusive.is_left_by_scan(*bit)
+            };
             let relays: Vec<BitTarget> = relays.filter(is_left).collect();
             if relays.len() > MAX_RELAYS {
-                return Err(TooLarge);
+                return Err(Undecided);
             }
             left.extend(relays.into_iter().map(|bit| vec![bit]));
         }
@@ -226,26 +229,24 @@ impl<'a> States<'a> {
             if bits.is_empty() {
                 return Ok(None);
             }
-            let count = bits.len();
-            // Whether the program may change a cell is asked of all that scans may do.
-            let mut states = self.predecessors(&mut bits, Purpose::UpperBound)?;
             let before = left.len();
-            let mut at = memories.len();
-            left.retain(|cell| {
-                let mut places = (at..).zip(cell);
-                at += cell.len();
-                // What the program never changes is changed by others, but the flags of a chart are by nobody. No lower
-                // bound rests on what others write to a timer or a counter.
-                self.program.charts.active.contains(&cell[0].cell())
-                    || exclusive.takes_any_value(cell[0])
-                    || places.any(|(at, &bit)| {
-                        let changed = [(at, !self.initial(bit))];
-                        !matches!(states.occurs(&changed), StartState::Excluded(_))
-                    })
-            });
+            if before > 0 {
+                // Whether the program may change a cell is asked of all that scans may do.
+                let mut states = self.predecessors(&mut bits.clone(), Purpose::UpperBound)?;
+                let mut at = memories.len();
+                left.retain(|cell| {
+                    let mut places = (at..).zip(cell);
+                    at += cell.len();
+                    // What the program never changes is changed by others. No lower bound rests on what others write
+                    // to a timer or a counter.
+                    exclusive.takes_any_value(cell[0])
+                        || places.any(|(at, &bit)| {
+                            let changed = [(at, !self.initial(bit))];
+                            !matches!(states.occurs(&changed), StartState::Excluded(_))
+                        })
+                });
+            }
             if left.len() == before {
-                drop(states);
-                bits.truncate(count);
                 let states = self.predecessors(&mut bits, Purpose::LowerBound)?;
                 return Ok(Some((bits, states)));
             }
@@ -257,7 +258,7 @@ impl<'a> States<'a> {
         &self,
         bits: &[BitTarget],
         purpose: Purpose,
-    ) -> Result<(ScanModel, Vec<Lit>), TooLarge> {
+    ) -> Result<(ScanModel, Vec<Lit>), Undecided> {
         let is_over = || self.limits.reached();
         let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
         match purpose {
@@ -266,7 +267,7 @@ impl<'a> States<'a> {
                 lower_bound_scan_to_end(self.program, &self.times, self.knowledge, &size, bits)
             }
         }
-        .map_err(|_| TooLarge)
+        .map_err(|_| Undecided)
     }
 
     /// The solver for these bits. Adds the flags that are on in the first scan of a run only.
@@ -274,14 +275,13 @@ impl<'a> States<'a> {
         &self,
         bits: &mut Vec<BitTarget>,
         purpose: Purpose,
-    ) -> Result<Predecessors<'a>, TooLarge> {
+    ) -> Result<Predecessors<'a>, Undecided> {
         let program = self.program;
         let (full, ends) = self.scan(bits, purpose)?;
         let (mut model, ends) = match purpose {
             Purpose::UpperBound => (full, ends.into_iter().map(|end| (end, !end)).collect()),
             Purpose::LowerBound => {
-                let summary = real::summary_choices(program);
-                let standing = |variable| self.standing(&summary, &full, variable);
+                let standing = |variable| self.standing(&full, variable);
                 lower_bound_model_with(&full, &standing, false, &ends)
             }
         };
@@ -307,34 +307,30 @@ impl<'a> States<'a> {
         Ok(Predecessors::new(&model, kept, self.limits))
     }
 
-    /// What the scan before may be assumed to have found: it may leave anything where the result of an instruction is
-    /// unknown. No timer runs out between two instructions.
-    fn standing(
-        &self,
-        summary: &BTreeSet<ChoiceId>,
-        model: &ScanModel,
-        variable: VarId,
-    ) -> Treatment {
-        let program = self.program;
-        let choice = match &model.variables[variable.0 as usize].origin {
-            Origin::Choice(key) => Some(key.choice),
-            _ => None,
-        };
-        let is_counted = |choice| {
-            let kind = program.kinds.get(&choice);
-            matches!(kind, Some(ChoiceKind::Exact(one)) if one.operation == Operation::Counted)
-        };
-        let is_reading = |choice| program.timekeeping.readings.contains(&choice);
-        let keeping = &program.timekeeping;
-        let is_zero = |choice| {
-            keeping.between_instructions.contains_key(&choice) || keeping.unusual.contains(&choice)
-        };
-        match real::standing(program, summary, model, variable) {
-            _ if choice.is_some_and(is_zero) => Treatment::Zero,
-            _ if choice.is_some_and(is_reading) => Treatment::Unknown,
-            Treatment::Unknown if !choice.is_some_and(is_counted) => Treatment::Free,
-            known => known,
-        }
+    /// What the scan before may be assumed to have found. Nothing is assumed about the result of an instruction that
+    /// the model does not know, nor about points that controllers or manuals leave open. No timer runs out between two
+    /// instructions.
+    fn standing(&self, model: &ScanModel, variable: VarId) -> Treatment {
+        let (kinds, keeping) = (&self.program.kinds, &self.program.timekeeping);
+        real::standing_of(model, variable, &|choice| match kinds.get(&choice) {
+            _ if keeping.between_instructions.contains_key(&choice)
+                || keeping.unusual.contains(&choice) =>
+            {
+                Treatment::Zero
+            }
+            _ if keeping.readings.contains(&choice) => Treatment::Unknown,
+            Some(
+                ChoiceKind::External
+                | ChoiceKind::StableExternal(_)
+                | ChoiceKind::PresentValue { .. }
+                | ChoiceKind::UnsignedIterations(_),
+            ) => Treatment::Free,
+            // How far a timer has run.
+            Some(ChoiceKind::Exact(one)) if one.operation == Operation::Elapsed => Treatment::Free,
+            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => Treatment::Zero,
+            Some(ChoiceKind::Exact(_) | ChoiceKind::Iterations(_) | ChoiceKind::Reading(_))
+            | None => Treatment::Unknown,
+        })
     }
 
     /// The value of a bit when a run begins with cleared memory.
@@ -371,14 +367,22 @@ fn words(model: &ScanModel) -> Vec<Cell> {
     model.variables.iter().filter_map(word).collect()
 }
 
-/// The bits in which instructions remember something from scan to scan, as far as the scan reads them.
+/// The bits in which instructions and charts remember something from scan to scan, as far as the scan reads them:
+/// nothing but the program writes them.
 fn memories(program: &Program, model: &ScanModel) -> Vec<BitTarget> {
     let is_own = |cell: Cell| {
         let within = |region: &Region| region.contains(cell);
-        program.area(cell.area).role == Role::Internal
+        let is_hidden = program.area(cell.area).role == Role::Internal
+            && !program.timekeeping.scratch.contains(&cell.area);
+        (is_hidden || program.charts.areas.contains(&cell.area))
             && !program.volatile.iter().any(within)
             && !program.external.iter().any(within)
     };
-    let read = reachable::read(model).into_iter();
-    read.filter(|bit| is_own(bit.cell())).collect()
+    let words = words(model).into_iter().filter(|cell| program.charts.areas.contains(&cell.area));
+    let read = reachable::read(model).into_iter().chain(words.flat_map(bits_of_word));
+    read.filter(|bit| is_own(bit.cell())).collect::<BTreeSet<BitTarget>>().into_iter().collect()
+}
+
+fn bits_of_word(cell: Cell) -> Vec<BitTarget> {
+    (0..16).map(|bit| BitTarget::WordBit(cell, bit)).collect()
 }

@@ -31,13 +31,13 @@ pub trait Accesses {
 pub fn of_code(code: &Code, see: &mut dyn Accesses) {
     match code {
         Code::Statements(all) => of_statements(all, see),
-        Code::Chart(chart) => of_chart(chart, see),
+        Code::Chart(chart) => of_chart_code(chart, see),
         Code::Unread(_) => see.unread(),
     }
 }
 
 /// Tells what a chart does, but not which variables stop it or start it again.
-pub fn of_chart(chart: &Chart, see: &mut dyn Accesses) {
+pub fn of_chart_code(chart: &Chart, see: &mut dyn Accesses) {
     chart.conditions.iter().for_each(|one| of_expr(one, see));
     let hooks = chart.steps.iter().flat_map(|step| [&step.exit, &step.entry, &step.active]);
     hooks.flatten().for_each(|one| of_statements(from_ref(one), see));

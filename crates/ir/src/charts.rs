@@ -1,6 +1,6 @@
 //! What is known from sequential function charts.
 
-use super::Cell;
+use super::{AreaId, Cell};
 
 /// What the charts say about the state at the start of a scan.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -9,4 +9,6 @@ pub struct Charts {
     pub exclusions: usize,
     /// The bits that say which steps are active and which actions are on.
     pub active: Vec<Cell>,
+    /// The areas of all that charts remember. Nothing but the program writes them, whoever is trusted.
+    pub areas: Vec<AreaId>,
 }

@@ -127,7 +127,7 @@ pub struct Timekeeping {
     /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs of several scans do not
     /// follow. In such runs their value is unknown.
     pub untracked: BTreeSet<ChoiceId>,
-    /// The areas of words whose values do not persist from scan to scan.
+    /// The areas whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper
     /// bound counts this many; a real run counts none, or this many for a timer that may go on after a reset.

@@ -35,14 +35,17 @@ pub(super) struct Cases {
 impl Cases {
     /// The first of the cases of a scan with these readings.
     pub(super) fn of_scan(readings: Readings) -> Cases {
-        Cases { tries_loops: true, ..Cases::of_run(Some(readings)) }
+        Cases { tries_loops: true, ..Cases::of_run(readings) }
     }
 
-    /// The case of a run of many scans, which stops at a loop that makes one iteration or none. With `None` the
-    /// controller follows the standard.
-    pub(super) fn of_run(readings: Option<Readings>) -> Cases {
-        let follows_standard = readings.is_none();
-        Cases { follows_standard, readings: readings.unwrap_or_default(), ..Cases::default() }
+    /// The case of a run of many scans with these readings, which stops at a loop that makes one iteration or none.
+    pub(super) fn of_run(readings: Readings) -> Cases {
+        Cases { readings, ..Cases::default() }
+    }
+
+    /// The case of a run of many scans on a controller that follows the standard. It also stops at such a loop.
+    pub(super) fn of_standard() -> Cases {
+        Cases { follows_standard: true, ..Cases::default() }
     }
 
     /// Whether the next loop that makes one iteration or none makes one. `None` if both cases of it are not tried.
@@ -131,7 +134,7 @@ mod tests {
         let mut many = Cases::of_scan(Readings::new());
         assert!((0..MAX_LOOPS).all(|_| many.makes_one() == Some(false)));
         assert_eq!(many.makes_one(), None);
-        assert_eq!(Cases::of_run(None).makes_one(), None);
+        assert_eq!(Cases::of_run(Readings::new()).makes_one(), None);
     }
 
     #[test]
@@ -149,7 +152,8 @@ mod tests {
         other.reading(4, 11);
         other.depends_on(99);
         assert_eq!(other.undecided(), Some(4), "it may lie behind the cause");
-        assert_eq!(Cases::of_run(None).reading(4, 11), Some(false));
+        assert_eq!(Cases::of_run(Readings::new()).reading(4, 11), None);
+        assert_eq!(Cases::of_standard().reading(4, 11), Some(false));
     }
 
     #[test]

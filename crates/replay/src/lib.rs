@@ -46,8 +46,8 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 /// Makes a real run of at most `most` instructions. If the manuals do not say whether a loop makes one iteration or
 /// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a
 /// standard ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the
-/// shortest run; an impossible one if that is the only one in some readings. Its `learned` contains the observations of
-/// all runs. Each call of `free` must give the same values again.
+/// shortest run, or an impossible one if one of the cases is impossible. Its `learned` contains the observations of all
+/// runs. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -58,7 +58,8 @@ pub fn real<F: FreeValues>(
     let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
     let mut readings = BTreeSet::new();
-    // A run that is not possible is the result only if there is no other with the same readings.
+    // What a controller cannot do that has one of the cases is no lower bound for all.
+    let rank = |one: &RealRun| (one.is_possible(), one.replay.total);
     let run = |fixed: &Readings| {
         let (mut shortest, mut undecided): (Option<RealRun>, _) = (None, None);
         let mut next = Some(Cases::of_scan(fixed.clone()));
@@ -73,15 +74,12 @@ pub fn real<F: FreeValues>(
                     }
                 }
             }
-            let rank = |one: &RealRun| (!one.is_possible(), one.replay.total);
             shortest = shortest.into_iter().chain([found]).min_by_key(rank);
             undecided = undecided.or(state.cases.undecided());
             next = state.cases.following();
         }
         (shortest, undecided)
     };
-    // What a controller with some readings cannot do is no lower bound for all.
-    let rank = |one: &RealRun| (one.is_possible(), one.replay.total);
     in_all_readings(run, |fixed, shortest| {
         readings.extend(fixed.keys());
         best = best.take().into_iter().chain(shortest).min_by_key(rank);

@@ -105,14 +105,14 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         self
     }
 
-    /// Makes a real run of at most `most` instructions. Returns its time, the number of executed instructions, where it
-    /// stopped, the endless loop that it reached, and the final state.
+    /// Makes a real run of at most `most` instructions on a controller that follows the standard. Returns its time, the
+    /// number of executed instructions, where it stopped, the endless loop that it reached, and the final state.
     pub(super) fn summed(
         mut self,
         most: u64,
     ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
         self.remaining = most;
-        self.state.cases = Cases::of_run(None);
+        self.state.cases = Cases::of_standard();
         let replay = self.scan();
         (replay.total, most - self.remaining, self.stopped, replay.unbounded, self.state)
     }

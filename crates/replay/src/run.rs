@@ -126,7 +126,8 @@ struct Start<'r, 'p> {
 }
 
 impl<'p> Run<'p> {
-    /// A PLC at power-up. `times` is parallel to `Program::instructions`. Each scan takes `overhead` in addition.
+    /// A PLC at power-up. `times` is parallel to `Program::instructions`. Each scan takes `overhead` in addition. All
+    /// readings of a standard are unknown.
     #[must_use]
     pub fn new(outside: &'p Outside<'p>, times: &'p [Times], overhead: Picos) -> Run<'p> {
         // Counters count scans, not time: a scan that changes a counter differs from the next scan.
@@ -144,7 +145,7 @@ impl<'p> Run<'p> {
         Run {
             outside,
             first_scan_flag,
-            cases: Cases::of_run(None),
+            cases: Cases::of_run(Readings::new()),
             times,
             overhead,
             memory: Memory::default(),
@@ -201,10 +202,10 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Lets the controller follow these readings of a standard. All others are unknown, rather than the standard's own.
+    /// Lets the controller follow these readings of a standard. All others stay unknown.
     #[must_use]
     pub fn with_readings(mut self, readings: Readings) -> Run<'p> {
-        self.cases = Cases::of_run(Some(readings));
+        self.cases = Cases::of_run(readings);
         self
     }
 

@@ -71,12 +71,6 @@ impl Run<'_> {
         {
             return self.memory.read_bit(cell);
         }
-        if let (Some(ChoiceKind::Reading(_)), Purpose::LowerBound) =
-            (program.kinds.get(&choice), self.purpose)
-        {
-            // A scan is no lower bound unless it takes as long in this reading, too.
-            return Lit::FALSE;
-        }
         if let (Some(expiry), Purpose::LowerBound) =
             (program.timekeeping.expiries.get(&choice), self.purpose)
         {

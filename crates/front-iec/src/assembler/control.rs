@@ -16,13 +16,13 @@ pub(crate) struct Whole {
     /// Whether the initial steps are active in the first scan without being entered.
     pub(crate) not_entered: Logic,
     /// The initial steps.
-    pub(crate) initial: Vec<usize>,
+    pub(crate) initial_steps: Vec<usize>,
 }
 
 impl Whole {
     /// Whether an initial step is among those of an input.
     fn has_initial(&self, feed: &Feed) -> bool {
-        feed.steps.iter().any(|step| self.initial.contains(step))
+        feed.steps.iter().any(|step| self.initial_steps.contains(step))
     }
 }
 
@@ -109,12 +109,17 @@ impl Assembler {
         if !limits.is_empty() {
             self.limits_end_all(action, &limits);
         }
-        // Where several blocks that do not store name the action, on some controllers the last one has its way.
+        // Where several blocks that do not store name the action, on some controllers the last one decides. Which of
+        // them that is depends on the order of the steps there: the action may be off if one of them has it off.
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
         let overruled = match blocks {
             2.. => {
                 let last = self.differs("of several blocks of an action the last has its way");
-                self.keep_bit(all([any(offs), last]))
+                let is_off = match last {
+                    Logic::Const(false) => Logic::Const(false),
+                    _ => self.left_open(),
+                };
+                self.keep_bit(all([any(offs), last, is_off]))
             }
             _ => Logic::Const(false),
         };

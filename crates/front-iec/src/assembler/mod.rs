@@ -42,8 +42,8 @@ use value::{sources, targets};
 
 /// The areas of variables, of what charts remember, and of values between.
 pub(crate) const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
-const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
-const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
+pub(crate) const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
+pub(crate) const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
 
 /// What is carried out in one of several rounds.
 pub(crate) struct Turn {

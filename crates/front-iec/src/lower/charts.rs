@@ -304,7 +304,9 @@ impl<'t> Lower<'t> {
                 true => self.differs(NOT_ENTERED),
                 false => Logic::Const(false),
             },
-            initial: (0..chart.steps.len()).filter(|&step| chart.steps[step].initial).collect(),
+            initial_steps: (0..chart.steps.len())
+                .filter(|&step| chart.steps[step].initial)
+                .collect(),
         };
         let mut outputs = Vec::new();
         for (one, action) in own.chart.actions.iter().zip(&memory.actions) {

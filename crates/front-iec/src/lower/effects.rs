@@ -193,7 +193,7 @@ impl Lower<'_> {
     }
 
     pub(super) fn of_actions(&mut self, at: &Context, chart: &Chart, found: &mut Effects) {
-        accesses::of_chart(chart, &mut Walk { lower: self, at, found });
+        accesses::of_chart_code(chart, &mut Walk { lower: self, at, found });
     }
 
     pub(super) fn of_call(&mut self, at: &Context, call: &Call, found: &mut Effects) {

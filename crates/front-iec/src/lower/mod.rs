@@ -33,7 +33,7 @@ use crate::assembler::competing::Competing;
 use crate::assembler::memory::Memory as ChartMemory;
 use crate::assembler::types::Extent;
 use crate::assembler::value::Value;
-use crate::assembler::{Assembler, VARIABLES};
+use crate::assembler::{Assembler, BETWEEN, HIDDEN, VARIABLES};
 use bodies::Bodies;
 use cells::Effects;
 use enabled::EnabledInstances;
@@ -188,6 +188,8 @@ impl<'t> Lower<'t> {
             program.areas.push(area(name, AreaKind::Bit, role));
             program.areas.push(area(&format!("{name}word "), AreaKind::Word, role));
         }
+        program.charts.areas = HIDDEN.to_vec();
+        program.timekeeping.scratch.extend(BETWEEN);
         let bodies = bodies::bodies(tree, &mut program.statements);
         Lower {
             assembler: Assembler::new(program),

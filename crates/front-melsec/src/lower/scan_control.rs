@@ -122,13 +122,13 @@ impl Lowering<'_> {
             self.out.program.scan_control.switches.insert(at, switch);
         }
         let by_index = &mut self.out.program.scan_control.by_index;
-        let is_trusted = |device: &Device| {
+        let is_unstated = |device: &Device| {
             device.index.is_some_and(|index| stated_values(self.options.facts, index).is_none())
         };
-        if registers.iter().any(is_trusted) {
+        if registers.iter().any(is_unstated) {
             by_index.insert(at, None);
         }
-        if relays.iter().any(is_trusted) {
+        if relays.iter().any(is_unstated) {
             let resets = matches!(&*item.name, "RST" | "ZRST" | "ZRSTP");
             by_index.insert(at, Some(if resets { Switch::PossiblyOff } else { Switch::Unknown }));
         }

@@ -1,0 +1,218 @@
+//! No lower bound of a chart rests on a scan that starts in a state to which no controller comes, or only some do.
+
+use scanbound::audit::{Audit, Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::base::time::Picos;
+use scanbound::front::Input;
+use scanbound::passes::values::Trust;
+use scanbound::timing::table::{CLASSES, Table};
+use std::fmt::Write as _;
+
+const TRUSTS: [Trust; 3] = [Trust::None, Trust::Counts, Trust::All];
+
+/// A table in which a transition whose condition is true takes 5 us, one whose condition is false 1 us, and nothing
+/// else anything.
+fn table() -> Table {
+    let mut rows = "instruction,on_us,off_us\n".to_owned();
+    for class in CLASSES {
+        let _ = writeln!(rows, "@{class},0,0");
+    }
+    rows += "CLEAR,5,1\n@end,0,\n";
+    Table::parse("t.csv", rows.as_bytes()).unwrap_or_else(|faults| panic!("{faults:?}")).table
+}
+
+/// The audit of a program with the blocks or functions `F0` (20 us), `F1` (11 us) and `F2` (2 us).
+fn audited(text: &str, facts: &str, trust: Trust) -> Audit {
+    let calls = [("F0", 20), ("F1", 11), ("F2", 2)].into_iter();
+    let calls = calls.filter(|(name, _)| text.contains(name));
+    let calls: String =
+        calls.map(|(name, time)| format!("{name} = {{ time = '{time}us' }}\n")).collect();
+    let facts = format!("[calls]\n{calls}{facts}");
+    let input = Input { name: "p.st".to_owned(), bytes: text.as_bytes().to_vec() };
+    let (inputs, table) = ([input], table());
+    let facts = Facts::parse("facts.toml", &facts).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let request = Request { table: Some(&table), trust, ..Request::new(&inputs, &facts) };
+    audit(&request).unwrap_or_else(|failure| panic!("{failure:?}"))
+}
+
+/// A program with a chart, the inputs `a` and `b`, the variable `v` and the blocks `C0` to `C2`.
+fn program(chart: &str) -> String {
+    format!(
+        "PROGRAM p
+         VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; v : BOOL; C0 : F0; C1 : F1; C2 : F2; END_VAR
+         {chart}
+         END_PROGRAM
+         FUNCTION_BLOCK F0 END_FUNCTION_BLOCK
+         FUNCTION_BLOCK F1 END_FUNCTION_BLOCK
+         FUNCTION_BLOCK F2 END_FUNCTION_BLOCK"
+    )
+}
+
+/// Upper and lower bound in microseconds.
+fn microseconds(found: &Audit) -> (u64, u64) {
+    let us = |time: Picos| time.0 / 1_000_000;
+    (us(found.bound.upper), us(found.bound.lower))
+}
+
+/// Upper and lower bound of a chart in microseconds.
+fn bounds(chart: &str, facts: &str, trust: Trust) -> (u64, u64) {
+    microseconds(&audited(&program(chart), facts, trust))
+}
+
+#[test]
+fn no_scan_starts_with_steps_that_are_never_active() {
+    // Nothing leads out of S0.
+    let stays = "INITIAL_STEP S0: v(SL, T#3s); A1(DS, T#1s); END_STEP
+         STEP S1: A1(P1); v(S); A0(N); END_STEP
+         STEP S2: END_STEP
+         TRANSITION FROM S0 TO S1 := NOT (TRUE); END_TRANSITION
+         TRANSITION FROM S1 TO S2 := NOT (TRUE); END_TRANSITION
+         TRANSITION FROM S2 TO S0 := NOT (TRUE); END_TRANSITION
+         TRANSITION FROM S2 TO S1 := TRUE; END_TRANSITION
+         ACTION A1: C2(); END_ACTION
+         ACTION A0: C0(); IF a THEN v := S0.T >= T#2s; C1(); END_IF; END_ACTION";
+    // S2 is active only after S4, and S4 only after S2.
+    let circle = "INITIAL_STEP S0: A0(P0); END_STEP
+         STEP S1: A1(DS, T#1s); END_STEP
+         STEP S2: A1(DS, T#2s); END_STEP
+         STEP S3: A1(S); END_STEP
+         STEP S4: A1(SD, T#3s); A1(R); END_STEP
+         TRANSITION (PRIORITY := 1) FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION (PRIORITY := 5) FROM S1 TO S2 := S4.T >= T#1s; END_TRANSITION
+         TRANSITION (PRIORITY := 2) FROM S2 TO S3 := S3.X; END_TRANSITION
+         TRANSITION (PRIORITY := 3) FROM S3 TO S4 := NOT (b); END_TRANSITION
+         TRANSITION (PRIORITY := 4) FROM S4 TO S0 := ((TRUE) OR (S4.X)); END_TRANSITION
+         ACTION A1: C2(); END_ACTION
+         ACTION A0: C0(); END_ACTION";
+    for trust in TRUSTS {
+        for facts in ["", "[sfc]\nselection = 'all'\n", "[sfc]\nselection = 'first'\n"] {
+            for (chart, most) in [(stays, 3), (circle, 25)] {
+                let (upper, lower) = bounds(chart, facts, trust);
+                assert!(lower <= most && most <= upper, "{lower} {upper} {trust:?} {facts}");
+            }
+        }
+    }
+}
+
+#[test]
+fn no_scan_starts_with_branches_that_only_one_rule_of_selection_lets_be_active_together() {
+    let text = "INITIAL_STEP S0: END_STEP STEP S1: A0(N); END_STEP STEP S2: A1(N); END_STEP
+         TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION FROM S0 TO S2 := b; END_TRANSITION
+         TRANSITION FROM S1 TO S1 := a; END_TRANSITION
+         ACTION A0: C0(); END_ACTION
+         ACTION A1: C1(); END_ACTION";
+    for trust in TRUSTS {
+        let (upper, lower) = bounds(text, "", trust);
+        assert!(lower <= 25 && upper >= 31, "{lower} {upper} {trust:?}");
+        assert_eq!(bounds(text, "[sfc]\nselection = 'all'\n", trust), (41, 41), "{trust:?}");
+        assert_eq!(bounds(text, "[sfc]\nselection = 'first'\n", trust), (25, 25), "{trust:?}");
+    }
+}
+
+#[test]
+fn no_scan_starts_with_what_only_some_controllers_store() {
+    // S0 is never entered again: on matiec nothing of it begins.
+    for block in ["P", "P1", "SL, T#1s", "SD, T#1s", "DS, T#1s"] {
+        let text = format!(
+            "INITIAL_STEP S0: A0({block}); END_STEP STEP S1: END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             ACTION A0: C0(); END_ACTION"
+        );
+        for trust in TRUSTS {
+            // The transition takes 5 us on every controller.
+            let (upper, lower) = bounds(&text, "", trust);
+            assert!(upper >= 20 && lower <= 5, "{block}: {lower} {upper} {trust:?}");
+        }
+    }
+    // Whether R ends the delay, controllers differ.
+    let outlasts =
+        "INITIAL_STEP S0: END_STEP STEP S1: A0(SD, T#1s); END_STEP STEP S2: A0(R); END_STEP
+         STEP S3: A1(N); END_STEP
+         TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION
+         TRANSITION FROM S1 TO S2 := TRUE; END_TRANSITION
+         TRANSITION FROM S2 TO S3 := TRUE; END_TRANSITION
+         ACTION A0: C0(); END_ACTION
+         ACTION A1: C1(); END_ACTION";
+    for trust in TRUSTS {
+        let (upper, lower) = bounds(outlasts, "", trust);
+        assert!(upper >= 31 && lower <= 16, "{lower} {upper} {trust:?}");
+    }
+}
+
+#[test]
+fn scans_that_every_controller_makes_remain_a_lower_bound() {
+    let text = "INITIAL_STEP S0: END_STEP STEP S1: A0(N); END_STEP STEP S2: A1(N); END_STEP
+         TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+         TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+         TRANSITION FROM S2 TO S0 := a; END_TRANSITION
+         ACTION A0: C0(); END_ACTION
+         ACTION A1: C1(); END_ACTION";
+    for trust in TRUSTS {
+        let found = audited(&program(text), "", trust);
+        // With a final scan 36 us, without one 25 us.
+        assert!(found.bound.lower >= Picos(25_000_000), "{trust:?}");
+        let facts = "[controller]\n\"actions have no final scan\" = false\n";
+        let found = audited(&program(text), facts, trust);
+        assert_eq!((found.bound.upper, found.bound.lower), (Picos(36_000_000), Picos(36_000_000)));
+    }
+}
+
+#[test]
+fn of_several_blocks_of_an_action_any_may_be_the_last() {
+    let facts = "[controller]\n\"of several blocks of an action the last has its way\" = true\n\"actions have no final scan\" = true\n";
+    let own = "\"each step of an action has pulses and times of its own\" = true\n";
+    for blocks in [
+        ["A0(P); A0(N);", ""],
+        ["A0(N); A0(P);", ""],
+        ["A0(N); A0(P0);", ""],
+        ["A0(P0); A0(N);", ""],
+        ["A0(P0); A0(P1);", ""],
+        ["A0(D, T#1s); A0(P0);", ""],
+        ["A0(P);", "A0(P);"],
+        ["A0(P1);", "A0(P1);"],
+        ["A0(P0);", "A0(P0);"],
+        ["A0(L, T#1s);", "A0(P0);"],
+    ] {
+        let text = format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: {} END_STEP STEP S2: {} END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+             TRANSITION FROM S2 TO S0 := a; END_TRANSITION
+             ACTION A0: C0(); END_ACTION",
+            blocks[0], blocks[1]
+        );
+        let shares = blocks[0] == blocks[1];
+        for more in ["", own].into_iter().filter(|more| shares || more.is_empty()) {
+            let (upper, lower) = bounds(&text, &format!("{facts}{more}"), Trust::All);
+            assert!(upper >= 25, "{blocks:?} {more}: {lower} {upper}");
+        }
+    }
+}
+
+#[test]
+fn et_of_a_timer_that_is_over_changes_with_a_time_that_changes_or_not() {
+    // TON is over with 10 s, and then gets 100 ms.
+    let text = "PROGRAM p
+         VAR a AT %IX0.0 : BOOL; b AT %IX0.1 : BOOL; t : TON; pt : TIME; END_VAR
+         pt := T#100ms;
+         IF b THEN pt := T#10s; END_IF;
+         t(IN := a, PT := pt);
+         IF NOT b AND t.ET > T#100ms THEN F2(); END_IF;
+         END_PROGRAM
+         FUNCTION F2 : BOOL END_FUNCTION";
+    let of = |facts: &str| {
+        let facts = if facts.is_empty() { "" } else { &format!("[controller]\n{facts}") };
+        microseconds(&audited(text, facts, Trust::All))
+    };
+    let anew = |is| format!("\"timers that are over ask for a new time\" = {is}\n");
+    let stays = |is| {
+        format!("\"ET of a timer that is over stays as it is when its time changes\" = {is}\n")
+    };
+    assert_eq!(of(&(anew(true) + &stays(false))), (0, 0), "ET is at most 100 ms");
+    assert_eq!(of(&(anew(true) + &stays(true))), (2, 2), "ET is 10 s");
+    assert_eq!(of(&(anew(false) + &stays(true))).0, 2);
+    for facts in [String::new(), anew(true)] {
+        assert_eq!(of(&facts), (2, 0), "either: {facts}");
+    }
+}
