@@ -5,13 +5,9 @@ use crate::common::iec::xml as iec_xml;
 
 use scanbound::base::facts::{ActionOrder, Facts};
 
-use iec_xml::{RAIL, at, block, bound, chart, coil, contact, may, moved, out, project, wired};
-
-/// A project as CODESYS writes it: drawings are executed as they are drawn.
-fn as_drawn(text: &str) -> String {
-    let data = "<addData><data name=\"http://www.3s-software.com/plcopenxml/objectid\"/></addData>";
-    text.replacen("<types>", &format!("{data}<types>"), 1)
-}
+use iec_xml::{
+    RAIL, as_drawn, at, block, bound, chart, coil, contact, may, moved, out, project, wired,
+};
 
 /// Whether a condition may hold behind a drawing that generators make text of, and behind the same as it is drawn.
 fn either(units: &str, variables: &str, body: &str, condition: &str) -> (bool, bool) {
@@ -146,6 +142,24 @@ fn generators_take_over_eno_where_it_is_true() {
         assert_eq!(either(&unit(""), variables, &enabled, "w AND NOT e AND NOT x"), (true, true));
         assert_eq!(either(&unit(""), variables, &enabled, "NOT w AND NOT e AND x"), (false, false));
     }
+}
+
+#[test]
+fn generators_hand_en_to_blocks_which_may_take_inputs_where_it_is_false() {
+    let first = block(3, T, &[("b", (1, ""))], &["q"]);
+    let second = block(5, T, &[("EN", (4, "")), ("b", (2, ""))], &["q"]);
+    let body = format!(
+        "<FBD>{}{}{first}{}{second}</FBD>",
+        wired(1, "TRUE"),
+        wired(2, "FALSE"),
+        wired(4, "e")
+    );
+    assert_eq!(either(&unit(""), "e:BOOL t:T", &body, "NOT e AND NOT t.b"), (true, false));
+    assert_eq!(either(&unit(""), "e:BOOL t:T", &body, "NOT e AND t.b"), (true, true));
+    assert_eq!(either(&unit(""), "e:BOOL t:T", &body, "e AND t.b"), (false, false));
+    // EN keeps its value in a call that leaves it out.
+    let body = body.replace("localId=\"3\"", "localId=\"9\"").replace("x=\"3\"", "x=\"9\"");
+    assert_eq!(either(&unit("q := b;"), "e:BOOL t:T", &body, "NOT e AND NOT t.q"), (true, false));
 }
 
 #[test]
@@ -552,4 +566,102 @@ fn no_program_is_left_out_for_want_of_a_name_or_a_kind() {
     assert!(refusal(&task("<pouInstance/>")).contains("neither a name nor a type"));
     let kind = text.replacen("pouType=\"program\"", "pouType=\"Program\"", 1);
     assert!(refusal(&kind).contains("the pouType Program is not known"));
+}
+
+/// A function block with a variable that is handed over in and out.
+fn counting() -> String {
+    "<pou name=\"N\" pouType=\"functionBlock\"><interface><inOutVars><variable name=\"n\"><type><INT/></type></variable></inOutVars>\
+     <outputVars><variable name=\"o\"><type><INT/></type></variable></outputVars></interface><body><ST><p>n := n + 1; o := n;</p></ST></body></pou>"
+        .to_owned()
+}
+
+#[test]
+fn what_generators_copy_from_an_instance_is_refused() {
+    let of = |id: u32, name: &str, from: (u32, &str)| {
+        let head = format!("typeName=\"N\" instanceName=\"{name}\"");
+        block(id, &head, &[("n", from)], &["n", "o"])
+    };
+    let refuses = |parts: &[String]| {
+        let text = project(
+            &counting(),
+            "i:INT k:INT f:N g:N",
+            &format!("<FBD>{}</FBD>", parts.concat()),
+            "TRUE",
+        );
+        assert!(bound(&as_drawn(&text)).is_ok(), "{text}");
+        bound(&text).is_err_and(|told| told.concat().contains("generators copy"))
+    };
+    let first = [wired(1, "i"), of(2, "f", (1, ""))];
+    for (second, refused) in [
+        (of(3, "g", (2, "n")), true),
+        (of(3, "g", (2, "o")), true),
+        (out(3, (2, "n"), "k"), true),
+        (out(3, (2, "o"), "k"), false),
+        (of(3, "g", (1, "")), false),
+    ] {
+        assert_eq!(refuses(&[&first[..], &[second.clone()]].concat()), refused, "{second}");
+    }
+}
+
+#[test]
+fn or_that_generators_write_beside_and_without_parentheses_is_refused() {
+    let variables = "b:BOOL c:BOOL d:BOOL x:BOOL";
+    let refuses = |body: &str| {
+        let text = project("", variables, &format!("<LD>{RAIL}{body}</LD>"), "TRUE");
+        assert!(bound(&as_drawn(&text)).is_ok(), "{text}");
+        bound(&text).is_err_and(|told| told.concat().contains("no parentheses"))
+    };
+    let and = |id: u32, of: &[(u32, &str)]| at("contact", id, of, "<variable>c</variable>");
+    let ends = |from: u32| coil(9, from, "x");
+    let continued = |inputs: &[(u32, &str)]| {
+        at("connector name=\"k\"", 5, inputs, "") + &at("continuation name=\"k\"", 6, &[], "")
+    };
+    let (b, d) = (contact(1, "", 0, "b"), contact(2, "", 0, "d"));
+    for (body, refused) in [
+        (wired(1, "b OR d") + &and(3, &[(1, "")]) + &ends(3), true),
+        (wired(1, "b XOR d") + &and(3, &[(1, "")]) + &ends(3), true),
+        (wired(1, "b AND d") + &and(3, &[(1, "")]) + &ends(3), false),
+        (wired(1, "b OR d") + &ends(1), false),
+        (wired(1, "b OR d") + &d + &and(3, &[(1, ""), (2, "")]) + &ends(3), false),
+        (contact(1, "", 0, "b OR d") + &ends(1), false),
+        (contact(1, "", 0, "b OR d") + &and(3, &[(1, "")]) + &ends(3), true),
+        (d.clone() + &contact(1, "", 2, "b OR d") + &ends(1), true),
+        (d.clone() + &contact(1, "negated=\"true\"", 2, "b OR d") + &ends(1), false),
+        (b.clone() + &d + &continued(&[(1, ""), (2, "")]) + &and(3, &[(6, "")]) + &ends(3), true),
+        (b.clone() + &d + &continued(&[(1, ""), (2, "")]) + &ends(6), false),
+        (b + &continued(&[(1, "")]) + &and(3, &[(6, "")]) + &ends(3), false),
+    ] {
+        assert_eq!(refuses(&body), refused, "{body}");
+    }
+}
+
+#[test]
+fn generators_leave_out_jumps_and_functions_that_are_given_nothing() {
+    let head = |name: &str, of: &str| format!("{name} executionOrderId=\"{of}\"");
+    let body = format!(
+        "<LD>{RAIL}{}{}</LD>",
+        at(&head("return", "1"), 2, &[(0, "")], ""),
+        numbered(&out(3, (0, ""), "x"), 2)
+    );
+    assert_eq!(either("", "x:BOOL y:BOOL", &body, "x AND y"), (true, true));
+    let text = project("", "x:BOOL", &body, "TRUE");
+    assert_eq!(
+        (bound(&text).expect("a bound"), bound(&as_drawn(&text)).expect("a bound")),
+        (52, 51)
+    );
+    // They look at an edge before they execute the block that leads to it.
+    let edge = at("contact edge=\"falling\"", 4, &[(2, "q")], "<variable>v</variable>");
+    let writes = block(2, T, &[("b", (1, ""))], &["q"]);
+    let body = format!("<LD>{}{writes}{edge}{}</LD>", wired(1, "TRUE"), coil(5, 4, "x"));
+    let unit_of = unit("v := b; q := b;");
+    assert_eq!(either(&unit_of, "t:T v:BOOL x:BOOL", &body, "v AND x"), (true, false));
+    // A function with EN alone takes its time for others.
+    let units = unit("F := TRUE; F := TRUE;")
+        .replace("functionBlock", "function")
+        .replace("\"T\"", "\"F\"");
+    let units = units.replace("<interface>", "<interface><returnType><BOOL/></returnType>");
+    let function = block(2, "typeName=\"F\"", &[("EN", (1, ""))], &["F"]);
+    let text =
+        project(&units, "v:BOOL", &format!("<FBD>{}{function}</FBD>", wired(1, "v")), "FALSE");
+    assert!(bound(&text).expect("a bound") >= 2);
 }

@@ -236,6 +236,12 @@ impl Element {
         }
     }
 
+    /// Whether it is a jump, a return or a label.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        matches!(self.kind, ElementKind::Label(_) | ElementKind::Jump(_) | ElementKind::Return)
+    }
+
     /// Refuses an element at which a variable is missing.
     ///
     /// # Errors
@@ -332,6 +338,13 @@ impl Block {
     #[must_use]
     pub fn has_output(&self, name: &str) -> bool {
         self.outputs.iter().any(|pin| pin.name.eq_ignore_ascii_case(name))
+    }
+
+    /// Whether it is a function without a pin on the left but EN.
+    #[must_use]
+    pub fn has_no_pin(&self) -> bool {
+        let is_own = |pin: &InputPin| pin.is_in_out || !pin.name.eq_ignore_ascii_case("EN");
+        self.instance.is_none() && !self.inputs.iter().any(is_own)
     }
 
     /// Whether a pin of this name stands on the left.

@@ -60,6 +60,12 @@ pub fn project(units: &str, variables: &str, body: &str, condition: &str) -> Str
     )
 }
 
+/// A project as CODESYS writes it: drawings are executed as they are drawn.
+pub fn as_drawn(text: &str) -> String {
+    let data = "<addData><data name=\"http://www.3s-software.com/plcopenxml/objectid\"/></addData>";
+    text.replacen("<types>", &format!("{data}<types>"), 1)
+}
+
 /// Whether a condition may hold behind a program.
 pub fn may(units: &str, variables: &str, body: &str, condition: &str) -> bool {
     let text = project(units, variables, body, condition);

@@ -39,12 +39,9 @@ pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Resu
         };
         return Err(reading.text.fault(body, message).help("leave one coil or output in it"));
     };
-    let acts = |one: &&Element| {
-        matches!(one.kind, ElementKind::Jump(_) | ElementKind::Return | ElementKind::Label(_))
-    };
     let remembers = end.edge.is_some() || end.latch.is_some();
-    let acting = drawing.elements.iter().find(acts);
-    if let Some(one) = acting.or(remembers.then_some(end)) {
+    let moving = drawing.elements.iter().find(|one| one.moves());
+    if let Some(one) = moving.or(remembers.then_some(end)) {
         return Err(one.fault("it is not followed in a condition"));
     }
     let (from, is_negated, called) = (end.inputs.clone(), end.negated_in, end.called());

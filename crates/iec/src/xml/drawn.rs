@@ -2,6 +2,7 @@
 
 use super::checked::checked;
 use super::execute::code;
+use super::generated::is_written_as_shown;
 use super::node::{Text, child, children, elements, is, name_of, order, pins, position};
 use crate::ast::{Expr, Path};
 use crate::drawing::{
@@ -74,25 +75,15 @@ pub(super) fn drawing(text: &Text, body: Node<'_, '_>) -> Result<Drawing, Fault>
             found[from.0].uses += 1;
         }
     }
-    for one in found.iter().filter(|_| !text.is_codesys) {
-        if let Some(from) = one.sources().find(|from| is_unclear(&found[from.from.0], from)) {
-            let what =
-                format!("which output of {} leads to it is not said", found[from.from.0].called());
-            let help = "draw the connection anew: formalParameter names the output";
-            return Err(one.fault(&what).code(Code::Connection).help(help));
-        }
-    }
     let drawing = Drawing { elements: found, is_executed_as_drawn: text.is_codesys, goal: None };
     for one in drawing.elements.iter().filter(|one| one.acts() && one.block().is_none()) {
         one.operand_is_there()?;
     }
     leads_on(&drawing)?;
+    if !drawing.is_executed_as_drawn {
+        is_written_as_shown(&drawing)?;
+    }
     Ok(drawing)
-}
-
-/// Whether a connection names no output, and there are several: generators look for it by places.
-fn is_unclear(from: &Element, connection: &Connection) -> bool {
-    connection.output.is_empty() && from.block().is_some_and(|block| block.outputs.len() > 1)
 }
 
 impl<'a, 'i> Reader<'a, 'i> {

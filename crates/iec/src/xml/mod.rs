@@ -9,6 +9,7 @@ mod condition;
 mod drawing;
 mod drawn;
 mod execute;
+mod generated;
 mod interface;
 mod kept;
 mod limits;

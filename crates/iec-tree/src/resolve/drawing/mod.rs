@@ -63,15 +63,18 @@ impl Resolver<'_> {
         labels: &mut Labels,
     ) -> Result<Vec<Statement>, Fault> {
         let mut ways: Vec<(&'static str, Progress<'d>)> = Vec::new();
-        let passed = labels.passed.clone();
+        let before = labels.passed.clone();
+        let mut passed = before.clone();
         for order in sheet.orders() {
-            labels.passed.clone_from(&passed);
+            labels.passed.clone_from(&before);
             let what = order.what;
             let own = self.in_order(sheet, hidden, labels, order)?;
+            passed.extend(&labels.passed);
             if ways.iter().all(|(_, known)| self.differ(known, &own)) {
                 ways.push((what, own));
             }
         }
+        labels.passed = passed;
         if let Some((_, first)) = ways.first() {
             self.rows_are_clear(sheet, first)?;
         }
@@ -141,9 +144,16 @@ impl<'d> Drawer<'_, '_, 'd> {
         let one = self.element(id);
         let line = one.line;
         match &one.kind {
+            // Generators leave out functions that are given nothing and lead to nothing, and what jumps.
+            ElementKind::Block(block)
+                if self.is_generated && one.uses == 0 && block.has_no_pin() =>
+            {
+                Ok(())
+            }
             ElementKind::Block(_) => self.block(id),
             ElementKind::InOut if one.inputs.is_empty() => Ok(()),
             ElementKind::Coil | ElementKind::Out | ElementKind::InOut => self.write(id, one),
+            _ if self.is_generated && one.moves() => Ok(()),
             ElementKind::Return => {
                 let returns = self.condition(one)?;
                 self.add(line, StatementKind::Return(returns), "RETURN".to_owned());

@@ -91,17 +91,16 @@ impl Sheet<'_> {
         orders
     }
 
-    /// Whether generators may make text of it: they know no jumps, and CODESYS and TwinCAT execute their drawings
-    /// themselves.
+    /// Whether generators may make text of it: CODESYS and TwinCAT execute their drawings themselves.
     fn is_generated(&self) -> bool {
-        !self.has_jumps && !self.drawing.is_executed_as_drawn
+        !self.drawing.is_executed_as_drawn
     }
 
     /// The elements that generators sort by their places.
     fn placed(&self) -> impl Iterator<Item = (ElementId, &Element)> {
         self.drawing.all().filter(|(_, one)| {
             let is_numbered = one.order.is_some() && one.kind != ElementKind::Coil;
-            one.acts() && one.kind != ElementKind::Connector && !is_numbered
+            one.acts() && !one.moves() && one.kind != ElementKind::Connector && !is_numbered
         })
     }
 

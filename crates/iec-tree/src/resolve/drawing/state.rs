@@ -124,10 +124,7 @@ pub(super) struct Drawer<'r, 'p, 'd> {
 
 impl<'d> Sheet<'d> {
     pub(super) fn new(drawing: &'d Drawing, scope: Scope) -> Result<Sheet<'d>, Fault> {
-        let moves = |one: &&Element| {
-            matches!(one.kind, ElementKind::Label(_) | ElementKind::Jump(_) | ElementKind::Return)
-        };
-        let mut movers = drawing.elements.iter().filter(moves);
+        let mut movers = drawing.elements.iter().filter(|one| one.moves());
         let is_numbered = drawing.elements.iter().any(|one| one.order.is_some());
         if let Some(one) = movers.clone().find(|one| one.order.is_none()).filter(|_| is_numbered) {
             let what = "it has no executionOrderId, but other elements have: what is jumped over is not clear";

@@ -263,16 +263,14 @@ impl<'d> Drawer<'_, '_, 'd> {
         match &one.kind {
             ElementKind::LeftRail => Ok(self.truth(true, one.line)),
             ElementKind::Contact => {
+                // Generators look at an edge before they execute what leads to it.
+                let first = match self.is_generated {
+                    true => Some(self.contact(id, one)?),
+                    false => None,
+                };
                 let ways = self.ways(&one.inputs)?;
                 let way = self.joined(one.line, ways);
-                let mut value = self.operand(one)?;
-                if let Some(edge) = self.edge_beside(one.edge, one.negated_in) {
-                    let always = self.truth(true, one.line);
-                    value = self.edge(one, (id, ""), edge, value, always)?;
-                }
-                if one.negated_in {
-                    value = value.not();
-                }
+                let value = first.map_or_else(|| self.contact(id, one), Ok)?;
                 Ok(self.and(way, value))
             }
             // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at
@@ -316,6 +314,19 @@ impl<'d> Drawer<'_, '_, 'd> {
                 Err(one.fault(&what).code(Code::Syntax))
             }
         }
+    }
+
+    /// Whether a contact lets power through.
+    fn contact(&mut self, id: ElementId, one: &'d Element) -> Result<Worth, Fault> {
+        let value = self.operand(one)?;
+        let value = match self.edge_beside(one.edge, one.negated_in) {
+            Some(edge) => {
+                let always = self.truth(true, one.line);
+                self.edge(one, (id, ""), edge, value, always)?
+            }
+            None => value,
+        };
+        Ok(if one.negated_in { value.not() } else { value })
     }
 
     /// Refuses a block that what takes its result is executed before, by their numbers.
