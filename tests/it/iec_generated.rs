@@ -402,6 +402,13 @@ fn conditions_that_depend_on_each_others_blocks_are_refused_in_any_order_of_the_
         assert!(told(&unit("v := b;"), &drawn, [(7, ""), (8, "")]).is_some(), "{turn}");
         assert_eq!(told(&unit(""), &plain, [(8, ""), (7, "")]), None, "{turn}");
     }
+    // The block leads to the edge: it is looked at first, but for the other condition behind the block.
+    let edge = at("contact edge=\"rising\"", 7, &[(6, "q")], "<variable>v</variable>");
+    let behind = at("contact", 8, &[(6, "q")], "<variable>w</variable>");
+    let drawn = [wired(5, "TRUE"), block(6, T, &[("b", (5, ""))], &["q"]), behind, edge];
+    assert!(told(&unit("v := b;"), &drawn, [(8, ""), (7, "")]).is_some());
+    let [wire, writes, _, edge] = drawn;
+    assert_eq!(told(&unit("v := b;"), &[wire, writes, edge], [(7, ""), (7, "")]), None);
     // Two blocks feed each other: each condition begins with another one.
     let other = "typeName=\"T\" instanceName=\"s\"";
     let ring =

@@ -5,7 +5,7 @@ use super::state::{Progress, Sheet};
 use super::touched::{Cell, Touched};
 use crate::tree::Statement;
 use scanbound_base::code::Code;
-use scanbound_iec::drawing::ElementId;
+use scanbound_iec::drawing::{ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -101,7 +101,11 @@ impl Resolver<'_> {
         let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
         while let Some(id) = open.pop() {
             before.entry(id).or_insert_with(|| {
-                let blocks = sheet.blocks_before(id);
+                // The edge of a contact may be looked at before the blocks that lead to it.
+                let blocks = match sheet.drawing.element(id).kind {
+                    ElementKind::Contact => BTreeSet::new(),
+                    _ => sheet.blocks_before(id),
+                };
                 open.extend(&blocks);
                 blocks
             });

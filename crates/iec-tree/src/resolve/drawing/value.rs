@@ -264,7 +264,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             ElementKind::LeftRail => Ok(self.truth(true, one.line)),
             ElementKind::Contact => {
                 // Generators look at an edge before they execute what leads to it.
-                let first = match self.is_generated {
+                let first = match self.is_generated || self.sheet.drawing.goal.is_some() {
                     true => Some(self.contact(id, one)?),
                     false => None,
                 };
