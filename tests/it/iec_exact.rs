@@ -467,6 +467,16 @@ fn loops_that_end_at_one_value_have_a_count() {
 }
 
 #[test]
+fn a_loop_without_end_is_reached_with_what_real_runs_showed() {
+    let text = "PROGRAM main VAR n AT %IW2 : INT; i, k, m, o : INT; b : BOOL; \
+        a : ARRAY[0..1, 1..2] OF INT; END_VAR k := 0; \
+        WHILE k < LIMIT(0, a[1, LIMIT(1, m, 2)], 4) AND b DO k := k + 1; \
+        FOR i := 1 TO MAX(n + 1, 3) DO ; END_FOR END_WHILE END_PROGRAM";
+    let found = audited("main.st", text).expect("an audit");
+    assert_eq!(found.unbounded.len(), 1);
+}
+
+#[test]
 fn a_loop_that_nothing_is_known_to_end_refutes_no_limit() {
     let text = "PROGRAM main VAR u : UINT; END_VAR u := 10; WHILE u > 0 DO u := u - 3; END_WHILE END_PROGRAM";
     let found = audited("main.st", text).expect("an audit");
@@ -613,6 +623,8 @@ fn ends_of_loops_that_the_program_limits_bound_them() {
         (21, 0)
     );
     assert_eq!(of("i := 0; WHILE i < MIN(m, 9) DO r := LN(r); i := i + 1; END_WHILE"), (9, 0));
+    // Compilers differ in the bits that they keep of the sum, and the limits hold for all of them.
+    assert_eq!(turns("1 TO LIMIT(0, m + 1, 20)"), (20, 0));
     // Nothing limits these.
     assert_eq!(turns("n TO 20").1, 1);
     assert!(turns("1 TO MAX(m, 20)").0 > 30_000);

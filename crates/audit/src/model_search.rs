@@ -34,6 +34,8 @@ pub struct ModelSearch<'a, 'r> {
 /// The result of searching a model: the maximum of each group, and the longest scan that they make up, replayed.
 pub struct Searched<'r> {
     pub model: ScanModel,
+    /// What real runs had shown when the model was made.
+    pub knowledge: Knowledge,
     pub groups: Vec<Group>,
     pub maxima: Vec<Maximum>,
     pub assignment: Assignment,
@@ -83,6 +85,7 @@ impl<'r> ModelSearch<'_, 'r> {
         let upper = always + maxima.iter().map(|maximum| maximum.upper).sum::<Picos>();
         Ok(Searched {
             model,
+            knowledge: knowledge.clone(),
             groups,
             maxima,
             assignment,

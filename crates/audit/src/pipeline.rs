@@ -28,6 +28,7 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Times;
 use scanbound_front::MachineOptions;
 use scanbound_ir::Program;
+use scanbound_ir::meaning::Knowledge;
 use scanbound_model::groups;
 use scanbound_model::{Group, ScanModel};
 use scanbound_passes::values::Trust;
@@ -404,12 +405,13 @@ impl Followed {
     fn endless_loops(
         &self,
         model: &ScanModel,
+        knowledge: &Knowledge,
         limits: &Limits<'_>,
         budget: &Budget<'_>,
     ) -> Result<Loops, Failure> {
         let times = self.prices.times();
-        let mut loops =
-            unbounded::loops(&self.program, &times, model, limits).map_err(Failure::Internal)?;
+        let mut loops = unbounded::loops(&self.program, &times, model, knowledge, limits)
+            .map_err(Failure::Internal)?;
         if self.structural_only {
             loops.open = unbounded::unasked(&self.program);
         }
@@ -442,6 +444,7 @@ impl SearchedProject<'_> {
         let Followed { program, table, prices, .. } = &followed;
         let Searched {
             model,
+            knowledge,
             groups,
             maxima,
             assignment,
@@ -466,7 +469,7 @@ impl SearchedProject<'_> {
             limits: &limits,
         };
         let traces = request.trace.then(|| method::traces(program, &model, &groups, &maxima));
-        let loops = followed.endless_loops(&model, &limits, &budget)?;
+        let loops = followed.endless_loops(&model, &knowledge, &limits, &budget)?;
         let is_bounded = loops.found.is_empty() && !followed.structural_only;
         let running = || {
             let found = refinement.longest(program, prices, (&witness, upper), runs)?;

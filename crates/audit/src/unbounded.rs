@@ -2,10 +2,11 @@
 
 use super::LoopUse;
 use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{Program, Step};
 use scanbound_model::groups::{groups, witness};
 use scanbound_model::{Assignment, Charge, Lit, ScanModel};
-use scanbound_replay::replay;
+use scanbound_replay::replay_knowing;
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeSet;
 
@@ -21,7 +22,7 @@ pub struct Loops {
 }
 
 /// Searches the unbounded loops of the model for those that a scan can reach, until no other can be reached, ten are
-/// found, or the limits end the search.
+/// found, or the limits end the search. `knowledge` is what real runs had shown when the model was made.
 ///
 /// # Errors
 /// If the interpreter does not reach a loop that the analysis says is reachable.
@@ -29,6 +30,7 @@ pub fn loops(
     program: &Program,
     times: &[Times],
     model: &ScanModel,
+    knowledge: &Knowledge,
     limits: &Limits<'_>,
 ) -> Result<Loops, String> {
     let mut known = Loops { found: Vec::new(), open: Vec::new() };
@@ -70,7 +72,7 @@ pub fn loops(
         let values = bare.circuit.evaluate(&assignment);
         let come_to = rest.iter().filter(|one| values.get(one.reached));
         let come_to: Vec<LoopUse> = come_to.map(|one| shown(program, one.instruction)).collect();
-        let replayed = replay(program, times, &witness(model, &assignment));
+        let replayed = replay_knowing(program, times, knowledge, &witness(model, &assignment));
         if replayed.unbounded.is_none() || come_to.is_empty() {
             let line = shown(program, first.instruction).to.line;
             return Err(format!(

@@ -170,28 +170,18 @@ impl Assembler {
     /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes
     /// know what it gives.
     fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
-        let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
-        let Value::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }, number) = value else {
-            return None;
-        };
-        // It is worked out with a sign.
-        let wide = match (bits, signed) {
-            (32, false) => return None,
-            (16, false) => DINT,
-            _ => *kind,
-        };
-        if low > high || [low, high].iter().any(|&end| holding(*kind, end) != *kind) {
-            return None;
-        }
+        let Limits { low, high, kind, wide } = limits(low, value, high)?;
         for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
-            self.cost(&[row(operator, Some(*kind))], "compare");
+            self.cost(&[row(operator, Some(kind))], "compare");
         }
         let words = wide.words();
-        let number = self.converted(number.clone(), *kind, wide);
+        // However many bits a compiler keeps, the constants limit what does not fit the type.
+        let Value::Number(from, number) = self.settled(value.clone()) else { return None };
+        let number = self.converted(number, from, wide);
         let ends = [low, high].map(|end| Input::Number(within(wide, end)));
         let inputs = ends.into_iter().chain([Input::Number(number)]).collect();
         let found = self.worked_out(words, Some((Operation::Limit, inputs, words)));
-        Some(Value::Number(*kind, self.converted(found, wide, *kind)))
+        Some(Value::Number(kind, self.converted(found, wide, kind)))
     }
 
     /// The larger or the smaller of two values.
@@ -236,6 +226,30 @@ impl Assembler {
         let any = Write::Havoc(Region::Range { first, count }, choice);
         self.write_if(condition, vec![any], None);
     }
+}
+
+/// Constants between which LIMIT keeps a whole number of their own type.
+pub(crate) struct Limits {
+    low: i64,
+    high: i64,
+    kind: Kind,
+    /// The kind in which it is worked out: with a sign, and with the bits that compilers keep of the number.
+    wide: Kind,
+}
+
+/// The constants between which LIMIT keeps a number; `None` if they are none, or are crossed, or may not fit its type.
+pub(crate) fn limits(low: &Value, value: &Value, high: &Value) -> Option<Limits> {
+    let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
+    let (&Value::Number(kind, _) | &Value::Open(kind, ..)) = value else { return None };
+    let Kind::Whole { bits: bits @ ..=32, signed } = kind else { return None };
+    let wide = match (bits, signed) {
+        (32, false) => return None,
+        (16, false) => DINT,
+        (..32, _) if matches!(value, Value::Open(..)) => DINT,
+        _ => kind,
+    };
+    let fit = low <= high && [low, high].iter().all(|&end| holding(kind, end) == kind);
+    fit.then_some(Limits { low, high, kind, wide })
 }
 
 /// The kind in which several values meet; `None` if one of them is none that is followed.

@@ -8,6 +8,7 @@ use crate::assembler::Assembler;
 use crate::assembler::numbers::row;
 use crate::assembler::open::{beyond, complement, opened, parted};
 use crate::assembler::results::crosses;
+use crate::assembler::selected::limits;
 use crate::assembler::types::{DINT, Extent, Kind, Ty};
 use crate::assembler::value::{Value, constant, signed, unsigned, wrapped};
 use scanbound_iec::ast::Operator;
@@ -138,12 +139,14 @@ impl Lower<'_> {
             self.program().approximate(at, why);
             return Ok(Value::Any);
         };
-        let values = order.iter().map(|&at| values[at].clone()).collect();
-        // Operators know what to do with what does not fit its type. Of all else the result may be any there.
-        if of.function.is_operator() {
+        let values: Vec<Value> = order.iter().map(|&at| values[at].clone()).collect();
+        // Operators and limits that are constants know what to do with what does not fit its type. Of all else the
+        // result may be any there.
+        let has_limits = of.function == Function::Limit
+            && matches!(&values[..], [low, value, high] if limits(low, value, high).is_some());
+        if of.function.is_operator() || has_limits {
             return self.of_values(of, values, line);
         }
-        let values: Vec<Value> = values;
         let (values, open): (Vec<Value>, Vec<_>) = values.into_iter().map(parted).unzip();
         let open: Vec<Logic> = open.into_iter().flatten().collect();
         let open = (!open.is_empty()).then(|| self.keep_bit(Logic::Any(open)));
