@@ -16,6 +16,7 @@ mod lists;
 pub mod parse;
 mod project;
 pub mod show;
+pub mod written;
 pub mod xml;
 
 pub use ast::same;

@@ -6,14 +6,12 @@
 
 mod block;
 mod differ;
-mod edges;
 mod loops;
 mod orders;
 mod output_types;
 mod state;
 mod touched;
 mod value;
-mod ways;
 mod worth;
 
 use super::resolver::{Resolver, Scope};
@@ -122,7 +120,10 @@ impl Resolver<'_> {
         order: Order,
     ) -> Result<Progress<'d>, Fault> {
         let how = (order.loops, order.is_generated);
+        // Where others take what they have looked at, generators look again.
+        let differs = order.is_generated && hidden.looks_again;
         let mut drawer = Drawer::new(self, sheet, hidden, labels, how);
+        drawer.progress.differs_in_itself = differs;
         for id in order.acting {
             drawer.progress.acting = drawer.number(sheet.drawing.element(id));
             drawer.act(id)?;

@@ -3,7 +3,6 @@
 
 use super::super::resolver::{Resolver, Scope};
 use super::super::statements::Labels;
-use super::edges::behind_edges;
 use super::loops::Loops;
 use super::touched::{Held, Touched};
 use super::worth::{Kept, Worth};
@@ -15,6 +14,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::Held as HeldOutput;
 use scanbound_iec::drawing::{Drawing, Edge, Element, ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
+use scanbound_iec::written::behind_edges;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An output of an element.
@@ -43,7 +43,9 @@ pub(super) type Key<'d> = (Use, Output<'d>, usize);
 pub(super) struct Hidden<'d> {
     pub(super) temporaries: BTreeMap<Key<'d>, TempId>,
     pub(super) variables: BTreeMap<Key<'d>, VarId>,
-    /// Whether a result was temporary that now is a variable.
+    /// Whether something is looked at that has changed since it was looked at first: what is looked at is stored then.
+    pub(super) looks_again: bool,
+    /// Whether all is to be done anew, since something was not known before.
     pub(super) is_stale: bool,
 }
 
@@ -184,6 +186,12 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         let is_left = edge.is_some() && has_sign && self.is_generated;
         self.progress.differs_in_itself |= is_left;
         edge.filter(|_| !is_left)
+    }
+
+    /// Whether expressions are written as generators write them. Other controllers take what they have looked at.
+    pub(super) fn is_written(&self) -> bool {
+        let is_text = self.is_generated || self.sheet.drawing.goal.is_some();
+        !self.sheet.drawing.is_executed_as_drawn && (is_text || !self.hidden.looks_again)
     }
 
     /// The number of execution by which it is known whether what an element asks for has been executed. Generators

@@ -8,6 +8,7 @@ use crate::tree::{
 };
 use crate::types::{Kind, Type};
 use scanbound_iec::Section;
+use scanbound_iec::drawing::ElementId;
 use std::collections::BTreeSet;
 
 /// What is read or written.
@@ -26,10 +27,12 @@ pub(super) enum Cell {
 }
 
 /// Under what a value is held: what it was made of is known.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Held {
     Temporary(TempId),
     Edge(VarId),
+    /// An output that is not stored.
+    Output(ElementId, String),
 }
 
 /// What a statement or an expression touches.

@@ -2,7 +2,7 @@
 
 use super::state::{Drawer, Output, Term, Use, at_element, resolved};
 use super::touched::{Held, Touched};
-use super::worth::{DEPTH, Kept, Shape, Worth};
+use super::worth::{Kept, Shape, Worth};
 use crate::blocks::{Pin, StandardBlock};
 use crate::declarations::TempId;
 use crate::show;
@@ -14,7 +14,8 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Literal, Operator};
 use scanbound_iec::drawing::{Connection, Edge, Element, ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
-use std::collections::BTreeSet;
+use scanbound_iec::written::{DEPTH, Operand, Path, Written, written};
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// How many elements may be looked at for one expression that looks at some of them more than once.
@@ -96,13 +97,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         Worth::formula(Expr { kind: ExprKind::Either(both), ty, line })
     }
 
-    fn any_of(&mut self, mut ways: Vec<Worth>) -> Option<Worth> {
+    fn all_of(&mut self, operator: Operator, mut ways: Vec<Worth>) -> Option<Worth> {
         if ways.len() > ROW {
             let back = ways.split_off(ways.len() / 2);
-            let (front, back) = (self.any_of(ways)?, self.any_of(back)?);
-            return Some(self.binary(Operator::Or, front, back));
+            let (front, back) = (self.all_of(operator, ways)?, self.all_of(operator, back)?);
+            return Some(self.binary(operator, front, back));
         }
-        ways.into_iter().reduce(|one, other| self.binary(Operator::Or, one, other))
+        ways.into_iter().reduce(|one, other| self.binary(operator, one, other))
     }
 
     /// The value that leads in through connections, for one coil, output or pin: generators write an expression for
@@ -112,12 +113,95 @@ impl<'d> Drawer<'_, '_, 'd> {
         one: &'d Element,
         from: &'d [Connection],
     ) -> Result<Worth, Fault> {
-        let is_written_once = self.sheet.is_written_once(from);
+        let is_text = self.is_generated || self.sheet.drawing.goal.is_some();
+        let sheet = self.sheet;
+        let text = written(sheet.drawing, &sheet.behind_edges, from, is_text);
+        let is_written_once = text.as_ref().is_some_and(Written::is_written_once);
         let term = Term { is_written_once, ..Term::default() };
         let outer = std::mem::replace(&mut self.term, term);
-        let ways = self.ways(from);
+        let value = match text.filter(|_| self.is_written()) {
+            Some(text) => self.text(one.line, &text),
+            None => self.ways(from).map(|ways| self.joined(one.line, ways)),
+        };
         self.term = outer;
-        Ok(self.joined(one.line, ways?))
+        value
+    }
+
+    /// The value of an expression as it is written.
+    fn text(&mut self, line: u32, text: &Written<'d>) -> Result<Worth, Fault> {
+        let mut values = BTreeMap::new();
+        for &operand in &text.visited {
+            let id = operand.0.0;
+            let one = self.element(id);
+            let value = match one.kind {
+                _ if values.contains_key(&operand) => continue,
+                ElementKind::Contact => {
+                    self.begin_loop(id)?;
+                    let value = self.contact(id, one)?;
+                    self.note_look(operand.0, &value);
+                    value
+                }
+                // Generators execute it in its own place.
+                ElementKind::Coil if one.inputs.len() == 1 => {
+                    self.begin_loop(id)?;
+                    if !self.is_generated {
+                        self.act(id)?;
+                    }
+                    continue;
+                }
+                _ => self.worth(operand.0)?,
+            };
+            values.insert(operand, value);
+        }
+        Ok(match &text.path {
+            Some(path) => self.of_path(path, &values, line),
+            None => self.truth(false, line),
+        })
+    }
+
+    fn of_path(
+        &mut self,
+        path: &Path<'d>,
+        values: &BTreeMap<Operand<'d>, Worth>,
+        line: u32,
+    ) -> Worth {
+        let power = self.truth(true, line);
+        let mut joined = |operator, all: &[Rc<Path<'d>>]| {
+            let all: Vec<Worth> = all.iter().map(|one| self.of_path(one, values, line)).collect();
+            self.all_of(operator, all)
+        };
+        match path {
+            Path::Power => power,
+            Path::One(operand) => values.get(operand).cloned().unwrap_or(power),
+            Path::Row(all) => joined(Operator::And, all).unwrap_or(power),
+            Path::Fork(all) if all.iter().any(|one| **one == Path::Power) => power,
+            Path::Fork(all) => joined(Operator::Or, all).unwrap_or(power),
+        }
+    }
+
+    /// Notes a look at a value that others keep: whether it may have changed since the first one.
+    fn note_look(&mut self, output: Output<'d>, value: &Worth) {
+        if self.is_generated || self.sheet.drawing.goal.is_some() {
+            return;
+        }
+        let held = Held::Output(output.0, output.1.to_owned());
+        if !self.progress.stored.contains_key(&held) {
+            let touched = self.resolver.touched_by(&value.expr);
+            self.progress.stored.insert(held, (touched, self.progress.all.len()));
+        } else if self.has_changed(&held) {
+            self.hidden.looks_again = true;
+            self.hidden.is_stale = true;
+        }
+    }
+
+    /// Executes the instances with which a loop begins where an element of it is looked at.
+    fn begin_loop(&mut self, id: ElementId) -> Result<(), Fault> {
+        for first in self.loops.first(id, &self.open, &self.progress.done) {
+            if !self.comes_later(self.element(first)) {
+                self.block(first)?;
+            }
+        }
+        Ok(())
     }
 
     /// What each connection brings.
@@ -128,7 +212,7 @@ impl<'d> Drawer<'_, '_, 'd> {
 
     /// The value that leads in through connections: what is not connected carries no power.
     fn joined(&mut self, line: u32, ways: Vec<Worth>) -> Worth {
-        self.any_of(ways).unwrap_or_else(|| self.truth(false, line))
+        self.all_of(Operator::Or, ways).unwrap_or_else(|| self.truth(false, line))
     }
 
     fn worth(&mut self, key: Output<'d>) -> Result<Worth, Fault> {
@@ -147,11 +231,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         if self.is_fed_back(id, one) {
             return self.fed_back(key, one);
         }
-        for first in self.loops.first(id, &self.open, &self.progress.done) {
-            if !self.comes_later(self.element(first)) {
-                self.block(first)?;
-            }
-        }
+        self.begin_loop(id)?;
         if self.depth >= DEPTH {
             let what = format!("more than {DEPTH} elements stand in a row behind it");
             return refused(&what, "put a coil in between");
@@ -175,13 +255,17 @@ impl<'d> Drawer<'_, '_, 'd> {
         let value = match self.progress.kept.get(&key).cloned() {
             _ if is_plain => found,
             // Some controllers look at it again, and others do not; what a generator writes always does.
-            Some(kept) if !self.is_generated && self.has_changed(kept.held) => {
+            Some(kept) if !self.is_generated && self.has_changed(&kept.held) => {
                 self.either(kept.value, found)?
             }
             _ => found,
         };
         let value = match is_plain || one.uses < 2 {
             true => value,
+            false if self.is_written() => {
+                self.note_look(key, &value);
+                value
+            }
             false => self.store(one, key, value),
         };
         self.term.looked_at.insert(key, value.clone());
@@ -198,7 +282,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let id = self.temporary(own, value.expr.ty);
         let (stored, touched) = self.keep(one.line, id, value.expr, None);
         let held = Held::Temporary(id);
-        self.progress.stored.insert(held, (touched, self.progress.all.len()));
+        self.progress.stored.insert(held.clone(), (touched, self.progress.all.len()));
         let kept = Kept { value: stored.clone(), held };
         self.progress.kept.entry(key).or_insert(kept);
         stored
@@ -226,16 +310,16 @@ impl<'d> Drawer<'_, '_, 'd> {
     }
 
     /// Whether a stored value might be another one if it was worked out again.
-    fn has_changed(&self, held: Held) -> bool {
+    fn has_changed(&self, held: &Held) -> bool {
         let mut open = vec![held];
         let mut seen = BTreeSet::new();
         while let Some(held) = open.pop() {
-            let Some((value, since)) = self.progress.stored.get(&held) else { continue };
+            let Some((value, since)) = self.progress.stored.get(held) else { continue };
             let later = self.progress.all[*since..].iter();
             if { later }.any(|one| self.resolver.may_change(&one.touched, value)) {
                 return true;
             }
-            open.extend(value.held.iter().copied().filter(|held| seen.insert(*held)));
+            open.extend(value.held.iter().filter(|held| seen.insert(*held)));
         }
         false
     }
@@ -263,14 +347,9 @@ impl<'d> Drawer<'_, '_, 'd> {
         match &one.kind {
             ElementKind::LeftRail => Ok(self.truth(true, one.line)),
             ElementKind::Contact => {
-                // Generators look at an edge before they execute what leads to it.
-                let first = match self.is_generated || self.sheet.drawing.goal.is_some() {
-                    true => Some(self.contact(id, one)?),
-                    false => None,
-                };
                 let ways = self.ways(&one.inputs)?;
                 let way = self.joined(one.line, ways);
-                let value = first.map_or_else(|| self.contact(id, one), Ok)?;
+                let value = self.contact(id, one)?;
                 Ok(self.and(way, value))
             }
             // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at
@@ -278,21 +357,18 @@ impl<'d> Drawer<'_, '_, 'd> {
             ElementKind::Coil => {
                 if !self.is_generated {
                     self.act(id)?;
+                    return self.joining(one);
                 }
-                let ways = self.ways(&one.inputs)?;
+                let ways = one.inputs.iter().map(|way| self.used(one, std::slice::from_ref(way)));
+                let ways = ways.collect::<Result<Vec<_>, _>>()?;
+                self.progress.differs_in_itself |= ways.len() > 1;
                 let any = self.joined(one.line, ways.clone());
-                if !self.is_generated || one.inputs.len() < 2 {
-                    return Ok(any);
+                match self.all_of(Operator::And, ways) {
+                    Some(all) => self.either(any, all),
+                    None => Ok(any),
                 }
-                self.progress.differs_in_itself = true;
-                let always = self.truth(true, one.line);
-                let all = ways.into_iter().fold(always, |all, way| self.and(all, way));
-                self.either(any, all)
             }
-            ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => {
-                let ways = self.ways(&one.inputs)?;
-                Ok(self.joined(one.line, ways))
-            }
+            ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => self.joining(one),
             ElementKind::In | ElementKind::InOut => {
                 // What leads into it is written before it is read; by generators in its own place.
                 if !one.inputs.is_empty() && !self.is_generated {
@@ -314,6 +390,15 @@ impl<'d> Drawer<'_, '_, 'd> {
                 Err(one.fault(&what).code(Code::Syntax))
             }
         }
+    }
+
+    /// What leads to an element that gives it on.
+    fn joining(&mut self, one: &'d Element) -> Result<Worth, Fault> {
+        if self.is_written() {
+            return self.used(one, &one.inputs);
+        }
+        let ways = self.ways(&one.inputs)?;
+        Ok(self.joined(one.line, ways))
     }
 
     /// Whether a contact lets power through.
@@ -397,11 +482,11 @@ impl<'d> Drawer<'_, '_, 'd> {
         let shows = Worth::variable(shows, one.line);
         let held = Held::Edge(id);
         let Some(first) = self.progress.edges.get(&of).cloned() else {
-            self.progress.stored.insert(held, (touched, self.progress.all.len()));
+            self.progress.stored.insert(held.clone(), (touched, self.progress.all.len()));
             self.progress.edges.insert(of, Kept { value: shows.clone(), held });
             return Ok(shows);
         };
-        match self.sheet.has_jumps || self.has_changed(first.held) {
+        match self.sheet.has_jumps || self.has_changed(&first.held) {
             // What leads to a connector they write once, for all its continuations.
             true if self.is_generated && !self.sheet.has_connectors => Ok(shows),
             true => self.either(first.value, shows),

@@ -6,9 +6,6 @@ use crate::tree::{Expr, ExprKind, Place};
 use scanbound_iec::ast;
 use std::rc::Rc;
 
-/// How deep ways may be followed.
-pub(super) const DEPTH: usize = 150;
-
 /// What an output is worth.
 #[derive(Clone)]
 pub(super) struct Worth {
