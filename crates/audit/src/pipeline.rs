@@ -473,6 +473,10 @@ impl SearchedProject<'_> {
         let is_bounded = loops.found.is_empty() && !followed.structural_only;
         let running = || {
             let found = refinement.longest(program, prices, (&witness, upper), runs)?;
+            if !request.use_chart_exclusion {
+                // Only the upper bound is wanted: start states that the chart excludes are allowed.
+                return Ok((found.without_time(), Vec::new()));
+            }
             let least = prices.least_times();
             let search = real::RunSearch { program, least: &least, limits };
             let (trust, longest) = (request.trusted(), (&witness, upper));

@@ -16,8 +16,9 @@ use scanbound_model::{Lit, ScanModel, VarId};
 const DECISIONS: u64 = 500_000;
 /// The most queries for one state.
 const QUERIES: usize = 128;
-/// The most queries that make an excluded part of a state smaller.
-const SMALLER: usize = 24;
+/// The most queries that make an excluded part of a state smaller. Each is much shorter than the search for another
+/// scan, which a larger part makes necessary more often.
+const SMALLER: usize = 512;
 
 /// Values of some bits: indices into the list of bits, each with its value.
 pub type State = Vec<(usize, bool)>;
@@ -182,11 +183,14 @@ impl<'a> Predecessors<'a> {
     /// A part of `part` that is excluded too: leaves out values that are not needed for that, with at most [`SMALLER`]
     /// queries.
     fn smaller(&mut self, mut part: State) -> State {
-        let mut at = 0;
+        // The bits of words are the last ones: a part that holds for many values of a word is wanted most.
+        let mut at = part.len();
         for _ in 0..SMALLER {
-            if at >= part.len() || part.len() < 2 {
+            at = at.min(part.len());
+            if at == 0 || part.len() < 2 {
                 break;
             }
+            at -= 1;
             let mut less = part.clone();
             less.remove(at);
             match (!self.may_begin(&less)).then(|| self.predecessor(&less)) {
@@ -194,7 +198,7 @@ impl<'a> Predecessors<'a> {
                     part.retain(|one| core.contains(one));
                 }
                 Some(Predecessor::Never(_)) => part = less,
-                _ => at += 1,
+                _ => {}
             }
         }
         part
