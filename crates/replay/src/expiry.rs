@@ -112,6 +112,10 @@ impl<'p, F: FreeValues> State<'p, F> {
         if !has_rested {
             return decided(goes_on);
         }
+        // Some PLCs look at the clock once in a scan: there no timer is over in the scan in which it starts.
+        if expired_by_time(expiry, setting, (Picos::ZERO, self.now)).is_none() {
+            self.doubt = self.doubt.or(Some(self.at));
+        }
         let anew = decided(Some((Picos::ZERO, self.now)));
         if expiry.is_reset && decided(goes_on) != anew {
             self.doubt = self.doubt.or(Some(self.at));

@@ -80,13 +80,15 @@ impl Assembler {
         let mut found = Vec::new();
         for &other in before {
             let keeps_out = Logic::cell(memory.clears[other]).not();
-            if !chart.compete(number, other) || never_both(number, other) {
-                found.push(keeps_out);
-                continue;
-            }
             match competing.all_clear {
+                _ if !chart.compete(number, other) => found.push(keeps_out),
                 Some(true) => {}
                 Some(false) => found.push(keeps_out),
+                // Where all clear that are true, the condition is evaluated, although it is false.
+                None if never_both(number, other) => {
+                    let evaluated = self.extra_time();
+                    found.push(any([keeps_out, evaluated]));
+                }
                 None => {
                     let choice = *either.get_or_insert_with(|| self.builder.choice());
                     found.push(any([keeps_out, Logic::Bit(BitSource::Free(choice))]));

@@ -294,8 +294,8 @@ impl Assembler {
     pub(crate) fn is_no_time(&mut self, time: Number) -> Logic {
         let words = Number::Words(self.words(time, 2));
         let none = signed(Relation::LessOrEqual, words, constant(0, 2));
-        // A time that is 0 may be one below a millisecond.
-        let short = self.world_bit();
+        // A time that is 0 may be one below a millisecond, and with a time of 0 controllers differ.
+        let short = self.left_open();
         self.keep_bit(all([none, short]))
     }
 

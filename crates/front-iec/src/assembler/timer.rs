@@ -43,8 +43,9 @@ impl Assembler {
         let expiry = Expiry { idle: rest, while_running: running, setting, tick: TICK, ..on_delay };
         self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
-        // A time that is 0 may be one below a millisecond.
-        let short = self.world_bit();
+        // A time that is 0 may be one below a millisecond. Whether a timer with a time of 0 is over in the scan in
+        // which it begins, controllers differ.
+        let short = self.left_open();
         let zero = || signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         let q_before = self.keep_bit(Logic::cell(q));
         let was_on = self.keep_bit(Logic::cell(was));
@@ -62,7 +63,7 @@ impl Assembler {
             }
             StandardBlock::Tof => {
                 // It stays on for a while when the input has gone.
-                let first = all([was_on.clone(), any([zero().not(), runs_out.clone()])]);
+                let first = all([was_on.clone(), any([zero().not(), short])]);
                 let later = all([was_on.clone().not(), runs_out.clone()]);
                 let again = all([anew.clone(), later.clone()]);
                 any([input.clone(), all([on, any([first, later])]), again])

@@ -97,10 +97,16 @@ impl<'t> Lower<'t> {
             self.times_read.insert(time.cell);
             return Ok(read(time.cell, &Ty::Number(Kind::Time)));
         }
-        Ok(Value::Bit(match time.steps[..] {
+        let active = match time.steps[..] {
             [step] => Logic::cell(memory.steps[step]),
             _ => memory.active(&time.steps),
-        }))
+        };
+        if !time.initial {
+            return Ok(Value::Bit(active));
+        }
+        let early = self.differs("initial steps are active before their chart is first executed");
+        let early = all([Logic::cell(memory.started).not(), early]);
+        Ok(Value::Bit(any([active, early])))
     }
 
     /// Refuses what is asked of a chart in whose place an instance executes another one: the other one may have a step
@@ -144,10 +150,9 @@ impl<'t> Lower<'t> {
         let begins = self.keep_bit(begins);
         self.times_go_on(&own.memory);
         // matiec evaluates transitions in the first scan, too, and enters no step then. It takes actions as they are
-        // declared, and has no charts that begin anew with every call, nor those of CODESYS and TwinCAT.
+        // declared, and is not the controller of files of CODESYS and TwinCAT.
         let may_be_matiec = !self.options.charts.actions_first
-            && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared))
-            && !self.charts.begun_anew.contains(&at.instance);
+            && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
         let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
         let actions_first = self.options.charts.actions_first;
@@ -373,7 +378,11 @@ impl<'t> Lower<'t> {
                 continue;
             };
             if let ExprKind::Time(time) = time.kind {
-                found.push(Logic::Const(time <= 0));
+                // Where a time of 0 ends at once, and whether it ends at all, controllers differ.
+                found.push(match time {
+                    ..=0 => self.left_open(),
+                    _ => Logic::Const(false),
+                });
                 continue;
             }
             let number = self.value(at, time);

@@ -73,7 +73,6 @@ impl<'t> Lower<'t> {
     /// The same of the charts of one instance.
     fn forget_own(&mut self, spot: &Spot, unit: UnitId) {
         let instance = self.instance(spot, unit);
-        self.charts.begun_anew.insert(instance);
         for (id, _) in self.charts_of(unit) {
             let Some(memory) = self.chart_memory(instance, id) else { continue };
             let mut writes = Vec::new();

@@ -44,7 +44,7 @@ use scanbound_iec_tree::declarations::{AddressId, RoutineId, TempId, UnitId, Var
 use scanbound_iec_tree::tree::Tree;
 use scanbound_ir::{Area, AreaKind, Cell, Program, Radix, RegionSet, Role, Type};
 use spots::{Instance, Spot, SpotKey, Targets};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
@@ -90,8 +90,6 @@ struct ChartOptions {
 struct Charts {
     /// What the chart of a routine of an instance remembers.
     memories: BTreeMap<(usize, RoutineId), Rc<ChartMemory>>,
-    /// Instances whose charts begin anew with every call.
-    begun_anew: BTreeSet<usize>,
     /// The bits that say that RETURN ended an action.
     returned: BTreeMap<(usize, RoutineId), Cell>,
     /// The numbers of charts, to tell what they remember apart before it has cells.

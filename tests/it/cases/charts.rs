@@ -1,4 +1,4 @@
-//! No lower bound of a chart rests on a scan that starts in a state to which no controller comes, or only some do.
+//! Bounds of charts cover all controllers, and no lower bound rests on what only some of them do.
 
 use scanbound::audit::{Audit, Request, audit};
 use scanbound::base::facts::Facts;
@@ -214,5 +214,141 @@ fn et_of_a_timer_that_is_over_changes_with_a_time_that_changes_or_not() {
     assert_eq!(of(&(anew(false) + &stays(true))).0, 2);
     for facts in [String::new(), anew(true)] {
         assert_eq!(of(&facts), (2, 0), "either: {facts}");
+    }
+}
+
+#[test]
+fn a_condition_that_excludes_another_one_is_evaluated_where_all_clear_that_are_true() {
+    // The first condition takes 5 us, the second one 1 us.
+    for second in ["NOT a", "NOT a AND b"] {
+        let text = format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: A0(P1); END_STEP STEP S2: END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S0 TO S2 := {second}; END_TRANSITION
+             ACTION A0: C0(); END_ACTION"
+        );
+        for trust in TRUSTS {
+            let of = |facts| bounds(&text, facts, trust);
+            assert_eq!(of("[sfc]\nselection = 'first'\n"), (25, 25), "{second} {trust:?}");
+            assert_eq!(of("[sfc]\nselection = 'all'\n"), (26, 26), "{second} {trust:?}");
+            assert_eq!(of(""), (26, 25), "{second} {trust:?}");
+        }
+    }
+}
+
+#[test]
+fn a_chart_that_begins_anew_with_each_call_has_the_variants_of_the_first_scan() {
+    let text = |chart: &str| {
+        format!(
+            "FUNCTION_BLOCK Blk
+             VAR_INPUT x : BOOL; END_VAR
+             {chart}
+             END_FUNCTION_BLOCK
+             PROGRAM p
+             VAR_TEMP i : Blk; END_VAR
+             i(x := TRUE);
+             END_PROGRAM
+             FUNCTION F2 : BOOL END_FUNCTION"
+        )
+    };
+    let looks = "INITIAL_STEP S0: END_STEP STEP S1: A0(N); END_STEP
+         TRANSITION FROM S0 TO S1 := x; END_TRANSITION
+         ACTION A0: F2(); END_ACTION";
+    let enters = "INITIAL_STEP S0: A0(P1); END_STEP STEP S1: END_STEP
+         TRANSITION FROM S0 TO S1 := FALSE; END_TRANSITION
+         ACTION A0: F2(); END_ACTION";
+    for chart in [looks, enters] {
+        let (upper, lower) = microseconds(&audited(&text(chart), "", Trust::All));
+        assert!(upper >= 2 && lower < 2, "{lower} {upper}: {chart}");
+    }
+}
+
+#[test]
+fn an_initial_step_may_be_active_before_its_chart_is_first_executed() {
+    let text = |condition: &str| {
+        format!(
+            "FUNCTION_BLOCK Blk
+             VAR_INPUT x : BOOL; END_VAR
+             INITIAL_STEP S0: END_STEP STEP S1: END_STEP
+             TRANSITION FROM S0 TO S1 := x; END_TRANSITION
+             END_FUNCTION_BLOCK
+             PROGRAM p
+             VAR a AT %IX0.0 : BOOL; i : Blk; k : INT; END_VAR
+             IF k = 0 AND {condition} THEN F0(); END_IF;
+             k := 1;
+             i(x := a);
+             END_PROGRAM
+             FUNCTION F0 : BOOL END_FUNCTION"
+        )
+    };
+    for condition in ["i.S0.X", "NOT i.S0.X"] {
+        let early = "initial steps are active before their chart is first executed";
+        let of = |facts: &str| microseconds(&audited(&text(condition), facts, Trust::All));
+        let stated = |is: bool| of(&format!("[controller]\n{early:?} = {is}\n"));
+        let (upper, lower) = of("");
+        assert!(upper >= 20 && lower < 20, "{lower} {upper}: {condition}");
+        assert!(stated(condition == "i.S0.X").0 >= 20, "{condition}");
+        let (upper, lower) = stated(condition != "i.S0.X");
+        assert!(upper < 20 && lower < 20, "{lower} {upper}: {condition}");
+    }
+}
+
+#[test]
+fn no_lower_bound_rests_on_whether_a_time_of_0_is_over_at_once() {
+    let of = |body: &str| {
+        let text = format!(
+            "PROGRAM p
+             VAR a AT %IX0.0 : BOOL; t : TON; f : TOF; u : TP; p : BOOL; END_VAR
+             {body}
+             p := a;
+             END_PROGRAM
+             FUNCTION F2 : BOOL END_FUNCTION"
+        );
+        microseconds(&audited(&text, "", Trust::All))
+    };
+    for body in [
+        "t(IN := a, PT := T#0s); IF a AND NOT t.Q THEN F2(); END_IF;",
+        "t(IN := a, PT := T#0s); IF t.Q AND NOT p THEN F2(); END_IF;",
+        "f(IN := a, PT := T#0s); IF f.Q AND NOT a THEN F2(); END_IF;",
+        "f(IN := a, PT := T#0s); IF p AND NOT f.Q AND NOT a THEN F2(); END_IF;",
+        "u(IN := a, PT := T#0s); IF u.Q THEN F2(); END_IF;",
+        "u(IN := a, PT := T#0s); IF a AND NOT p AND NOT u.Q THEN F2(); END_IF;",
+    ] {
+        let (upper, lower) = of(body);
+        assert!(upper >= 2 && lower < 2, "{lower} {upper}: {body}");
+    }
+    for qualifier in ["SD", "DS", "D", "L", "SL"] {
+        let text = format!(
+            "INITIAL_STEP S0: END_STEP STEP S1: A0({qualifier}, T#0s); END_STEP
+             TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION
+             ACTION A0: C0(); END_ACTION"
+        );
+        let (upper, lower) = bounds(&text, "", Trust::All);
+        assert!(upper >= 25 && lower <= 5, "{qualifier}: {lower} {upper}");
+    }
+}
+
+#[test]
+fn no_lower_bound_rests_on_how_often_a_scan_looks_at_the_clock() {
+    for (condition, ms) in [("t.Q", 1), ("NOT t.Q", 1), ("t.Q", 10_000), ("NOT t.Q", 10_000)] {
+        let text = format!(
+            "PROGRAM p
+             VAR a AT %IX0.0 : BOOL; t : TON; END_VAR
+             t(IN := FALSE, PT := T#{ms}ms);
+             t(IN := a, PT := T#{ms}ms);
+             slow();
+             t(IN := a, PT := T#{ms}ms);
+             IF a AND {condition} THEN F2(); END_IF;
+             END_PROGRAM
+             FUNCTION slow : BOOL END_FUNCTION
+             FUNCTION F2 : BOOL END_FUNCTION"
+        );
+        let found = audited(&text, "slow = { time = '50ms' }\n", Trust::All).bound;
+        let short = Picos(50_000_000_000);
+        let (upper, lower) = (found.upper > short, found.lower > short);
+        match ms {
+            1 => assert!(upper && !lower, "{condition}"),
+            _ => assert!(!lower || condition == "NOT t.Q", "{condition}"),
+        }
     }
 }
