@@ -85,6 +85,9 @@ pub struct Expiry {
     /// Whether an instruction may reset the timer while it runs. Manuals leave open whether it then goes on from 0 or
     /// starts anew when it is executed next.
     pub is_reset: bool,
+    /// Whether PLCs differ in how often they look at the clock in a scan. Then it is unknown whether a timer is over in
+    /// the scan in which it starts, once its set value has passed in that scan.
+    pub is_asked_again: bool,
 }
 
 impl Expiry {
@@ -110,6 +113,7 @@ impl Expiry {
             previous: None,
             flag: None,
             is_reset: false,
+            is_asked_again: false,
         }
     }
 }

@@ -112,8 +112,9 @@ impl<'p, F: FreeValues> State<'p, F> {
         if !has_rested {
             return decided(goes_on);
         }
-        // Some PLCs look at the clock once in a scan: there no timer is over in the scan in which it starts.
-        if expired_by_time(expiry, setting, (Picos::ZERO, self.now)).is_none() {
+        // PLCs that look at the clock once in a scan have no timer that is over in the scan in which it starts.
+        let is_open = expired_by_time(expiry, setting, (Picos::ZERO, self.now)).is_none();
+        if expiry.is_asked_again && is_open {
             self.doubt = self.doubt.or(Some(self.at));
         }
         let anew = decided(Some((Picos::ZERO, self.now)));

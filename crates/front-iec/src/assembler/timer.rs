@@ -40,7 +40,14 @@ impl Assembler {
         let runs_out = self.builder.external_choice();
         let setting = [preset, preset.plus(1)].map(WordSource::Cell).into();
         let on_delay = Expiry::of_on_delay(memory, WordSource::Const(0), UNIT);
-        let expiry = Expiry { idle: rest, while_running: running, setting, tick: TICK, ..on_delay };
+        let expiry = Expiry {
+            idle: rest,
+            while_running: running,
+            setting,
+            tick: TICK,
+            is_asked_again: true,
+            ..on_delay
+        };
         self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
         // A time that is 0 may be one below a millisecond. Whether a timer with a time of 0 is over in the scan in
