@@ -370,7 +370,7 @@ fn doubt(check: &Check) -> String {
         );
     }
     format!(
-        "warning: {} was disturbed: {}. Measure again without communication, monitoring and interrupts; the table still contains the upper limits\n",
+        "warning: the measurement of {} may have been disturbed: {}. Measure again without communication, monitoring and interrupts; the table contains the upper ends of what was measured\n",
         check.file,
         why.join("; ")
     )

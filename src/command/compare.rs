@@ -34,7 +34,7 @@ pub struct Arguments {
     /// A captured signal whose edges begin the scans
     #[arg(long, value_name = "NAME")]
     signal: Option<String>,
-    /// Which edges
+    /// Which edges of the signal begin a scan
     #[arg(long, value_enum, default_value = "rising")]
     edge: EdgeName,
     /// Where an analog signal changes: a level (2.5), or two between which it stays (0.8..2.0)
@@ -121,9 +121,9 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         let line = first.to.line;
         let what = match first.certain {
             true => "a scan can stay for ever in",
-            false => "nothing known ends",
+            false => "no condition was found that is sure to end",
         };
-        return Err(anyhow!("nothing bounds the scan: {what} the loop to line {line} of {file} (scanbound audit shows it)").into());
+        return Err(anyhow!("the scan has no bound: {what} the loop that begins in line {line} of {file} (scanbound audit shows it)").into());
     }
     let bounds = Bounds::of(&audit);
     let Some(found) = Comparison::new(audit.files, bounds, measurements, arguments.fit) else {

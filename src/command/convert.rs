@@ -82,8 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (Some(form), _) | (None, Some(Some(form))) => form,
         (None, None) => CodeFormat::Asm,
         (None, Some(None)) => {
-            let help =
-                "give the output the suffix .asm, .lst, .hex or .bin, or choose the form with --to";
+            let help = "the suffix of --output names no form of the program: use .asm, .lst, .hex or .bin, or choose the form with --to";
             return Err(anyhow!(help).into());
         }
     };

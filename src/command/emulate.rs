@@ -217,7 +217,7 @@ fn in_range(
     let duration = u128::from(arguments.duration.unwrap_or(Picos::ZERO).0);
     // The stimulus may halt the machine, and the last scan runs to its end.
     if end + (scans + 2) * scan + duration > u128::from(u64::MAX / 2) {
-        return Err(anyhow!("that is longer than 100 days of machine time: run fewer scans").into());
+        return Err(anyhow!("the emulation may take more than 100 days of machine time: run fewer scans, or end the stimulus earlier").into());
     }
     Ok(())
 }

@@ -81,7 +81,7 @@ pub struct ProjectOptions {
     /// Refuse times that the table only assumes
     #[arg(long)]
     strict_times: bool,
-    /// When the audit ends with what is proved until then, in any stage
+    /// The time after which the audit ends, in any stage, with what is proved by then
     #[arg(long, value_name = "DURATION", default_value = "60s", value_parser = values::span, allow_hyphen_values = true)]
     time_limit: Duration,
     /// The number of threads [default: one per processor]

@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Result<Outcome, Failure> {
         (arguments.explicit, facts.all_clear == Some(true), competes)
     {
         return Err(anyhow!(
-            "{name}: with [sfc] selection = \"all\" competing transitions without priorities clear together, and the rewritten chart would behave differently; give them priorities"
+            "{name}: with [sfc] selection = \"all\", several true transitions after a step fire together if they have no priorities, and the rewritten chart would behave differently; give them priorities"
         )
         .into());
     }

@@ -380,7 +380,7 @@ END_PROGRAM";
             |one: &&scanbound::audit::Construct| one.places.iter().any(|at| at.at.line == line);
         all.constructs.iter().find(has).map(|one| one.what.as_str())
     };
-    assert_eq!(what(6), Some("arithmetic of REAL: may be any value"));
+    assert_eq!(what(6), Some("any value is assumed for arithmetic of REAL"));
     assert_eq!(what(17), Some("the result of FIND may be any value"));
 }
 

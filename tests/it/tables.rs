@@ -43,7 +43,7 @@ fn refresh_is_charged_for_the_slowest_base_unless_the_base_is_stated() {
         "1 x 2.3 us per 16 points, on a further base",
         "1 x 1.5 us per 16 points, on a further base",
     ];
-    let why = why.map(|why| format!("40 input points as stated: {why}"));
+    let why = why.map(|why| format!("40 input points, as stated: {why}"));
     let times = [15_000_000, 4_300_000, 2_300_000, 1_500_000];
     assert_eq!(refreshes(&unstated, "input"), times.into_iter().zip(why).collect::<Vec<_>>());
     let saved: Vec<(&str, u64)> =

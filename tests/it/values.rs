@@ -608,7 +608,7 @@ fn what_is_written_through_an_address_may_be_stated() {
     let wrong = |devices: &str| {
         assert_eq!(
             stated(&format!("\"{devices}\"")),
-            Err(format!("'{devices}' is not a device or a device range"))
+            Err(format!("'{devices}' under [index] indirect is not a device or a device range"))
         );
     };
     ["D9-D5", "D5-W9", "K5", "T0", ""].iter().for_each(|devices| wrong(devices));

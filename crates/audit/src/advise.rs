@@ -21,8 +21,8 @@ use std::time::{Duration, Instant};
 
 /// The name of this stage in the progress display.
 const STAGE: &str = "measuring by how much each statement lowers the bound";
-/// The largest number of bits from which pairs are formed: those of which each alone, if it were off, would make the
-/// longest scan shortest.
+/// The largest number of bits from which pairs are formed. The bits are taken first that shorten the longest scan most
+/// if each is off alone.
 const MAX_BITS: usize = 24;
 /// The largest number of pairs of bits that are tried: those whose two bits each control a long part of the longest
 /// scan that the other does not control.
@@ -47,8 +47,8 @@ pub struct Advice {
     /// The statements that lower the bound by at least a thousandth of the new bound, the lowest bound first. Each was
     /// tried alone.
     pub found: Vec<Measured>,
-    /// The number of tried statements that lower the bound by less than a thousandth, or that contradict the program.
-    /// They are not listed.
+    /// The number of statements that were tried but are not in `found`, because they lower the bound by less than a
+    /// thousandth or contradict the program.
     pub useless: usize,
     /// The number of statements that were not tried, or not to the end, because the time was over.
     pub untried: usize,
@@ -332,7 +332,7 @@ fn pairs(concluded: &Concluded, request: &Request<'_>) -> Vec<UntriedFact> {
     found.into_iter().map(candidate).collect()
 }
 
-/// A copy of the scan's start values with these bits, which are on, off.
+/// A copy of `values` in which `bits`, which are on in `values`, are off.
 fn without(values: &Assignment, bits: &[&ActiveBit]) -> Assignment {
     let mut values = values.clone();
     for on in bits {
@@ -343,8 +343,8 @@ fn without(values: &Assignment, bits: &[&ActiveBit]) -> Assignment {
 }
 
 /// The bits that are on when the longest scan starts, that instructions read as single bits, and that a facts file can
-/// name. Bits without which the scan would not be shorter are left out; those without which it would be shortest come
-/// first. At most [`MAX_BITS`].
+/// name. Flags of the first scan after power-up and bits without which the scan would not be shorter are left out. The
+/// bits without which it would be shortest come first. At most [`MAX_BITS`].
 fn bits_on(
     program: &Program,
     model: &ScanModel,

@@ -103,7 +103,8 @@ pub struct Finished<'a> {
 
 impl<'a> Findings<'a> {
     /// The unknown values on which the bound depends: first numbers of iterations and units, then targets of writes,
-    /// last those numbers that are perhaps unknown only because of such a write. `upper` is the bound.
+    /// last those numbers that are perhaps unknown only because of a write with an unknown target. `upper` is the
+    /// bound.
     fn unknowns(&self, upper: Picos) -> Vec<Unknown> {
         let mut unknowns = Unknown::counted(self.program, &self.prices.times(), upper);
         unknowns.extend(unknown_writes::all(self.program, self.model, self.groups, self.machine));

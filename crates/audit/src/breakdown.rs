@@ -105,8 +105,8 @@ impl Part {
     }
 }
 
-/// The charges of one part, added up. `largest` is the charge with the largest share of the bound, after this share and
-/// the larger of its two times.
+/// The charges of one part, added up. `largest` is the charge with the largest share of the bound (of equal shares, the
+/// one with the larger on- or off-time), as a tuple: this share, the larger of its two times, and the charge.
 #[derive(Default)]
 struct ChargePile<'a> {
     time: Picos,

@@ -15,7 +15,8 @@ use scanbound_solve::{Limits, Maximum, Method, maximum};
 use std::time::{Duration, Instant};
 
 /// The message if no scan satisfies the stated facts. A later stage replaces it by one that names the facts.
-pub(super) const CONTRADICTION: &str = "no scan satisfies all facts under [ranges] and [counts]";
+pub(super) const CONTRADICTION: &str =
+    "no scan satisfies all facts under [ranges], [counts] and [exclusive]";
 
 /// A scan that satisfies the stated facts is searched for at least this long, even after the time limit.
 const GRACE: Duration = Duration::from_secs(2);
@@ -59,7 +60,7 @@ fn allowed(
         Code::Facts,
         request.inputs.first().map_or("", |input| &input.name),
         CONTRADICTION,
-        "look for two facts about the same word, and for a [counts] fact about an instruction whose number of iterations or units the program sets to a different constant",
+        "look for two facts about the same word, and for a fact about a number of iterations or units that the program sets to a different constant",
     )));
     // The program sets a count to a constant that contradicts the stated count.
     if constraints.constraints.iter().any(|&index| model.constraints[index] == Lit::FALSE) {
@@ -77,7 +78,7 @@ fn allowed(
         return Err(Failure::from(Diagnostic::file(
             Code::Time,
             request.inputs.first().map_or("", |input| &input.name),
-            "within the time limit, no scan was found that satisfies all facts under [ranges] and [counts]",
+            "within the time limit, no scan was found that satisfies all facts under [ranges], [counts] and [exclusive]",
             "give the audit more time (--time-limit), or state fewer facts",
         )));
     }

@@ -183,8 +183,8 @@ pub(super) fn of(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
 }
 
 /// The upper limit to offer for each unknown count or index, by its key in a facts file, so that some scan satisfies
-/// all of them together with the stated facts. Left out are those for which no limit does, or for which the time is
-/// over.
+/// all of them together with the stated facts. A count or index is left out if no limit allows such a scan, or if the
+/// time is over.
 pub(super) fn offered_limits(
     stages: Stages,
     request: &Request<'_>,

@@ -147,9 +147,9 @@ pub(super) fn at(
             program.files.iter().take(MAX_OFFERED).map(|file| file.name.as_str()).collect();
         let message = match files.is_empty() {
             true => format!("there is no file '{file}' in this program"),
-            false => format!("'{file}' may be {} files", files.len()),
+            false => format!("{} files of the project are named '{file}'", files.len()),
         };
-        return Err((message, format!("the files are {}", names.join(", "))));
+        return Err((message, format!("write one of {}", names.join(", "))));
     };
     let of_file = |&at: &usize| program.instructions[at].place.file as usize == file;
     let all: Vec<usize> = (0..program.instructions.len())

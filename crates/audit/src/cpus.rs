@@ -62,8 +62,8 @@ pub struct CpuResult {
     /// Whether an audit of the program uses this table: the one that the user names, otherwise the one for the
     /// program's CPU.
     pub is_own: bool,
-    /// The CPU that the user names, otherwise the one that the program names. Only with the table that an audit uses
-    /// (`is_own`).
+    /// The CPU that the user names, otherwise the one that the program names. `None` for tables that an audit does not
+    /// use (`is_own`), and if neither names one.
     pub cpu: Option<String>,
     /// The scan time, or the errors that prevent a bound, mostly instructions for which the table has no time.
     pub outcome: Result<CpuScanTime, Vec<Diagnostic>>,

@@ -60,7 +60,8 @@ pub struct Cycle {
     /// The largest constant scan time that is stated, or that the program can set. `None` if there is none or only an
     /// unknown one (`is_unknown`).
     pub upper: Option<Picos>,
-    /// The time of all interrupts that a scan is charged. They can add it if they occur just before the wait ends.
+    /// The time of all interrupts that a scan is charged. It is added to the constant scan time, because the interrupts
+    /// may occur just before the wait ends.
     pub interrupts: Picos,
     /// A constant scan time that is stated, or that a simulated run set: some scan waits until this time has passed.
     /// `None` if there is none.
@@ -82,7 +83,7 @@ pub struct Cycle {
     pub unstated: Option<&'static str>,
 }
 
-/// A scan of a run from power-up in which the inputs do not change.
+/// A scan of a simulated run from power-up. In all scans of this run, the inputs have the same values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WaitingScan {
     /// The number of the scan; the first one after power-up has the number 1.

@@ -35,7 +35,8 @@ pub enum ChangeKind {
     /// The text of the rung is the same, but it is in another place among the rungs, or in another file. Its part of
     /// the bound may have changed too.
     Moved,
-    /// The text and the order of the rungs are the same there, but the part of the bound that the rung takes changed.
+    /// The text of the rung and its place among the rungs are the same, but the part of the bound that the rung takes
+    /// changed.
     Same,
 }
 
@@ -300,8 +301,8 @@ impl Matched {
     }
 }
 
-/// The index of the new rung that resembles an old rung most. `None` if none has at least half of its instructions in
-/// common with it, counted over both rungs.
+/// The index of the rung in `fresh` that resembles the old rung most, of the first [`MAX_COMPARED`]. `None` if none of
+/// them shares at least half of its instructions with the old rung (half of the average length of both rungs).
 fn nearest(old: &Side, fresh: &[Side]) -> Option<usize> {
     let own: Vec<&str> = old.text.split(" / ").collect();
     let alike = fresh.iter().take(MAX_COMPARED).enumerate().filter_map(|(index, new)| {

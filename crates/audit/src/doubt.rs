@@ -47,7 +47,7 @@ pub enum Doubt {
         /// True: a scan can stay in the loop for ever. False: nothing is known that ends the loop.
         certain: bool,
     },
-    /// It was not decided whether a scan can reach this loop, for which no end is known.
+    /// It was not decided whether a scan can reach a loop for which no end is known.
     PerhapsEndless {
         /// The line to which control jumps back.
         line: u32,
@@ -155,11 +155,14 @@ impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Doubt::Points(UnstatedPoints { side, why, most, .. }) => {
-                write!(f, "{side} points are not stated: {why}")?;
+                write!(
+                    f,
+                    "the number of {side} points is not stated, and the bound assumes {why}"
+                )?;
                 if let Some(MorePoints { points, more, .. }) = most {
                     write!(
                         f,
-                        "; with all {points} that the CPU can have, a scan takes {more} longer"
+                        "; with all {points} points that the CPU can have, a scan takes {more} longer"
                     )?;
                 }
                 write!(f, ": state them ([io] {side}s)")
@@ -177,16 +180,19 @@ impl fmt::Display for Doubt {
                 "the program uses {what} (first in {file}:{line}), but the time of network refresh is not stated and not in the bound: state it in a facts file (--facts): [network] refresh = \"1.5ms\", or refresh = \"none\" if no network refreshes them"
             ),
             Doubt::Endless { line, certain: true } => {
-                write!(f, "a scan can stay in the loop to line {line} for ever: nothing bounds it")
+                write!(
+                    f,
+                    "a scan can stay for ever in the loop that begins in line {line}, so the scan has no bound"
+                )
             }
             Doubt::Endless { line, certain: false } => write!(
                 f,
-                "no condition was found that is sure to end the loop to line {line}: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
+                "no condition was found that is sure to end the loop that begins in line {line}, so the scan has no bound: count a variable up or down to a constant well within the limits of its type, or write the loop as FOR with EXIT"
             ),
             Doubt::PerhapsEndless { line } => {
                 write!(
                     f,
-                    "the audit did not decide whether the loop to line {line} can run for ever"
+                    "the audit did not decide whether the loop that begins in line {line} can run for ever"
                 )
             }
             Doubt::MorePerhapsEndless(more) => {
@@ -197,7 +203,7 @@ impl fmt::Display for Doubt {
             }
             Doubt::Bodiless { names, first: (file, line) } => write!(
                 f,
-                "{} (first in {file}:{line}) has no body and was assumed to do nothing: give the file with its code, or state its time ([calls] \"{}\" = {{ time = \"20us\" }})",
+                "the code of {} (first in {file}:{line}) is not given, and the bound assumes that it does nothing: give the file with the code, or state a time for each name ([calls] \"{}\" = {{ time = \"20us\" }})",
                 names.join(", "),
                 names.first().map_or("NAME", |name| name)
             ),
@@ -213,7 +219,7 @@ impl fmt::Display for Doubt {
             }
             Doubt::OutlastsTimer(shortest) => write!(
                 f,
-                "a scan may take longer than the shortest timer ({shortest}), but the bound assumes that no timer times out in the scan that starts it"
+                "a scan may take longer than the shortest set value of a timer ({shortest}), but the bound assumes that no timer times out in the scan that starts it"
             ),
         }
     }

@@ -35,13 +35,15 @@ pub struct Notes {
 pub struct Uses {
     /// The number of executions that have a time in the model, whether the scan reaches them or not.
     pub timed: u64,
-    /// The number of these executions that control reaches in the longest scan found.
+    /// The number of the executions counted in `timed` that control reaches in the longest scan found.
     pub reached: u64,
-    /// The number of these executions that fire in the longest scan found. A contact fires if it conducts.
+    /// The number of the executions counted in `timed` that fire in the longest scan found. A contact fires if it
+    /// conducts.
     pub runs: u64,
-    /// The part of the bound that these executions take, without the table's factor.
+    /// The part of the bound that the executions counted in `timed` take, without the table's factor.
     pub share: Picos,
-    /// The sum, over these executions, of the larger of on-time and off-time, without the table's factor.
+    /// The sum, over the executions counted in `timed`, of the larger of on-time and off-time, without the table's
+    /// factor.
     pub most: Picos,
 }
 

@@ -37,7 +37,7 @@ pub struct LanguageUse {
     pub uncalled: u64,
     /// The number of statements in the called bodies.
     pub statements: u64,
-    /// The number of these statements that are followed exactly.
+    /// The number of statements in the called bodies that are followed exactly.
     pub exact: u64,
 }
 
@@ -45,7 +45,7 @@ pub struct LanguageUse {
 /// statement with several reasons is counted only for the first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Construct {
-    /// The reason as a text for reports, such as `a product of two values: may be any value`.
+    /// The reason as a text for reports, such as `any value is assumed for a product of two values`.
     pub what: String,
     /// The number of statements for which this is the first reason.
     pub statements: u64,
@@ -200,19 +200,19 @@ fn construct(program: &Program, choice: ChoiceId) -> Option<String> {
         Some(_) => return None,
         None => {
             return Some(
-                "an instruction whose meaning is not modelled: its result may be any value"
+                "any value is assumed for the result of an instruction whose meaning is not modelled"
                     .to_owned(),
             );
         }
     };
     let what = match &meaning.operation {
-        Operation::Copy => "an element of an array whose index is not known",
+        Operation::Copy => "an element of an array whose index is unknown",
         Operation::Multiply { .. } => "a product of two values",
         Operation::Divide { .. } | Operation::DivideJoined { .. } => "a quotient or remainder",
         Operation::Shift { .. } | Operation::Rotate { .. } => "shifted or rotated bits",
         Operation::Real(_) => "arithmetic of REAL",
         Operation::ToReal | Operation::FromReal(_) => "a conversion from or to REAL",
-        _ => "an operation",
+        _ => "the result of an operation",
     };
-    Some(format!("{what}: may be any value"))
+    Some(format!("any value is assumed for {what}"))
 }

@@ -38,9 +38,9 @@ impl fmt::Display for StartUnknown {
                 "the relay is an input, or shares a word of I/O points with bits that the program reads but does not write"
             }
             StartUnknown::Latched => "the relay is latched: after a power failure it keeps the value that it had in the middle of a scan",
-            StartUnknown::Others => "other writers than the program may write the relay: a network, a module or an interrupt, or [external] or [ranges] states so",
+            StartUnknown::Others => "other writers than the program may write the relay (the CPU, a network, a module, an interrupt, or those under [external]), or the relay may be on before the first scan ([ranges], its initial value, or power-up does not clear it)",
             StartUnknown::NotWritten => "no instruction of the program writes this relay individually",
-            StartUnknown::AnyValue => "an instruction of the program writes an unknown value to the relay",
+            StartUnknown::AnyValue => "an instruction of the program writes a value to the relay that the analysis does not know",
         })
     }
 }
@@ -56,8 +56,9 @@ pub struct ExclusiveRelays<'p> {
     written: BTreeSet<BitTarget>,
     /// The bits of `written` into which an instruction writes a nondeterministic value.
     unknown: BTreeSet<BitTarget>,
-    /// The words that instructions write as a whole, and those of them that take the result of an operation.
+    /// The words that instructions write as a whole.
     words: BTreeSet<Cell>,
+    /// The words of `words` into which an instruction writes the result of an operation.
     computed: BTreeSet<Cell>,
     /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,

@@ -8,7 +8,7 @@ use scanbound_replay::{RealRun, StopReason, Stopped};
 use std::collections::BTreeMap;
 
 /// The end of a message about an operation error: what to state if the CPU continues after it.
-const CHOICE: &str = ": if its parameters let it continue, state [scan] on_error = \"continue\"";
+const CHOICE: &str = "; if the CPU's parameters let it continue after an operation error, state [scan] on_error = \"continue\"";
 
 /// The executions of a scan, by instruction and call context: whether the instruction fired there, and its time.
 pub struct Executed(BTreeMap<(usize, Vec<Frame>), (bool, Picos)>);
@@ -112,7 +112,7 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
             let differ = match real.readings.is_empty() {
                 true => String::new(),
                 false => format!(
-                    ", or controllers differ: the simulated scan counts with the least time of any; state under [controller] whether yours does this: {}",
+                    ", or needs another controller: the simulated scan takes the shortest time that any controller takes; state under [controller] whether yours does this: {}",
                     readings(program, real)
                 ),
             };

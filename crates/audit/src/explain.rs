@@ -28,7 +28,7 @@ pub struct ExplainedInstruction {
     /// The rows of the table that add time for operands in some areas (`@+ZR`) or for bits of words. The times in
     /// `forms` do not include it.
     pub extras: Vec<Row>,
-    /// The factor on the whole scan. The times in `forms` do not include it.
+    /// The factor on the whole scan. The times in `forms` do not include it. `None` if the table has none.
     pub factor: Option<Factor>,
 }
 
@@ -39,7 +39,7 @@ pub struct FormUse {
     pub line: String,
     /// The rows of the table that give the time of the sample line. Empty if the table has no time for it.
     pub rows: Vec<Row>,
-    /// Whether the first of these rows is not for the instruction itself, but for its timing class.
+    /// Whether the first of `rows` is not for the instruction itself, but for its timing class.
     pub by_class: bool,
     /// The timing class of this form: the table may have one row for all instructions of a class.
     pub class: &'static str,

@@ -103,11 +103,11 @@ pub enum Fact {
     /// Transition conditions of a chart that are drawn as a diagram use the outputs that their blocks computed in the
     /// previous scan.
     DrawnLastScan,
-    /// Whether the controller does this in another way than the standard has it.
+    /// Whether the user's controller behaves in one of the ways in which controllers differ from the standard.
     Controller {
-        /// What it does.
+        /// The behaviour in words, as the facts file names it.
         what: String,
-        /// Whether it does so.
+        /// True: the controller behaves so. False: it behaves as the standard says.
         holds: bool,
     },
     /// How often a routine interrupts a scan.
@@ -244,10 +244,12 @@ impl fmt::Display for Fact {
             Fact::Range { word, low, high, .. } => {
                 write!(f, "{word} is {low} to {high} when the scan starts")
             }
-            Fact::Count { at, low, high } if low == high => {
-                write!(f, "the number of iterations or units at {at} is {low}")
+            Fact::Count { at, low, high } => {
+                // A place has a colon; a word is the number wherever instructions read it.
+                let of = if at.contains(':') { "at" } else { "from the word" };
+                write!(f, "the number of iterations or units {of} {at} is {low}")?;
+                if low == high { Ok(()) } else { write!(f, " to {high}") }
             }
-            Fact::Count { at, low, high } => write!(f, "the number of iterations or units at {at} is {low} to {high}"),
             Fact::Index { at, low, high } => {
                 let at = if at.contains(':') { format!("at {at}") } else { at.clone() };
                 write!(f, "the index {at} is {low} to {high} where it selects the written device")

@@ -41,8 +41,10 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
             let (least, largest) = indexed.stated.unwrap_or((-largest - 1, largest));
             let both = (least.max(low), largest.min(high));
             if both.0 > both.1 {
-                let message = format!("the index '{place}' is never {low} to {high}");
-                let help = "correct this range, or a second statement about the same index that contradicts this range";
+                let message = format!(
+                    "the index '{place}' cannot be {low} to {high}: with {bits} bits and the other statements about it, it is {least} to {largest}"
+                );
+                let help = "correct this range, or the other statement about the same index";
                 faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
                 break;
             }
@@ -76,7 +78,7 @@ fn choices_at_key(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (Stri
     };
     let instructions = match place.rsplit_once(':') {
         Some((file, number)) => {
-            let none = "no instruction writes through an index";
+            let none = "no instruction writes to a device that an index selects";
             let what = [none, "such instructions are", none];
             let is_meant = |program: &Program, at| !indexed(program, at).is_empty();
             counts::at(program, (file, number), is_meant, what, form())?
@@ -95,7 +97,10 @@ fn choices_at_key(program: &Program, place: &str) -> Result<Vec<ChoiceId>, (Stri
     let found: Vec<ChoiceId> =
         instructions.into_iter().flat_map(|at| indexed(program, at)).filter(is_by).collect();
     if found.is_empty() {
-        return Err((format!("no instruction writes through an index '{place}'"), form()));
+        return Err((
+            format!("no instruction writes to a device that the index '{place}' selects"),
+            form(),
+        ));
     }
     Ok(found)
 }

@@ -7,7 +7,8 @@ use scanbound_model::{Assignment, Charge, LoopCount, ScanModel};
 use scanbound_solve::{Limits, Method, maximum};
 use std::collections::BTreeMap;
 
-/// If control may reach such loops at more places than this, counted once for each call context, no solver is asked.
+/// If control may reach loops that the model does not follow at more places than this, counted once for each call
+/// context, no solver is asked.
 const MAX_ASKED: usize = 16;
 
 /// The largest number of iterations of each loop that the model does not follow, by the loop's instruction: the one
@@ -30,8 +31,8 @@ pub fn most_iterations(model: &ScanModel, limits: &Limits<'_>) -> BTreeMap<usize
 
 /// An upper bound on the values, not negative, that a count can have when control reaches its loop. 0 if there is none.
 ///
-/// It is found like a longest scan: each bit of the count is charged with its value, so the longest scan has the
-/// largest count.
+/// The solver finds it in the same way as a longest scan: each bit of the count is charged with its value, so the
+/// longest scan has the largest count.
 fn largest(model: &ScanModel, count: &LoopCount, limits: &Limits<'_>) -> u32 {
     let mut bare = ScanModel { charges: Vec::new(), ..model.clone() };
     let (&sign, digits) = count.bits.split_last().expect("a word has bits");

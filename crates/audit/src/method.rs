@@ -193,7 +193,7 @@ pub fn opinions(
         let all = opinions.len();
         budget.record_stop(
             "confirming",
-            format!("the result of {open} of {all} groups was neither confirmed nor refuted"),
+            format!("Z3 neither confirmed nor refuted the bound of {open} of {all} groups of instructions"),
         );
     }
     Ok(opinions)

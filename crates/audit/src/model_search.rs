@@ -14,7 +14,7 @@ use scanbound_replay::{Replay, replay_knowing};
 use scanbound_solve::{Exclusions, Limits, Maximum};
 use scanbound_timing::price::Prices;
 
-/// A model with at least this many nodes is large: preparing the explanations then takes as long as a good part of the
+/// A model with more nodes than this is large: preparing the explanations then takes as long as a good part of the
 /// search.
 pub const LARGE: usize = 50_000;
 

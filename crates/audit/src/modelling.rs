@@ -99,8 +99,9 @@ pub fn model_of(
     Ok((model.map_err(|error| cannot_follow(program, &error))?, true))
 }
 
-/// The program, its prices and its model after loops were put back: summarised loops that make at most these iterations
-/// are followed. `None` if they were not charged more than that, or if following them exceeds the limits.
+/// The program, its prices and its model after loops were put back: each summarised loop of which `iterations` says
+/// that it makes fewer iterations than it was charged is followed. `None` if there are no such loops, or if following
+/// them exceeds the limits.
 pub fn put_back(
     program: &Program,
     prices: &Prices,

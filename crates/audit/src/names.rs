@@ -11,8 +11,8 @@ pub struct Names<'a> {
     program: &'a Program,
     /// The file names as they appear in places. Empty if there is only one file.
     files: Vec<&'a str>,
-    /// For each hidden cell in which instructions remember a state, such as an edge's last condition: the first of
-    /// them.
+    /// For each hidden cell in which instructions remember a state, such as an edge's last condition: the index of the
+    /// first instruction that writes it.
     memories: BTreeMap<Cell, usize>,
 }
 

@@ -28,15 +28,15 @@ pub struct Offer {
     pub places: Vec<(Location, Arc<str>)>,
     /// The largest time by which the line can lower the bound. `None` if unknown.
     pub worth: Option<Picos>,
-    /// The bounds if this value and the named other ones are limited, from [`super::what_if`]. `None` if they were not
-    /// computed.
+    /// The bounds if the value that the line states and the values named in it are limited, from [`super::what_if`].
+    /// `None` if they were not computed.
     pub solved: Option<SolvedLimits>,
 }
 
 /// The bounds of the scan for several limits of a number of iterations or units.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SolvedLimits {
-    /// The other words that have the same limit in these bounds.
+    /// The other words for which the bounds assume the same limit.
     pub with: Vec<Arc<str>>,
     /// Pairs of a limit, and the bound with that limit.
     pub bounds: Vec<(u32, SolvedBound)>,
@@ -61,7 +61,10 @@ pub fn offers(concluded: &Concluded, request: &Request<'_>) -> Vec<Offer> {
     offers.extend(audit.points.iter().map(|side| Offer {
         table: "io",
         line: format!("{}s = {}", side.side, side.taken),
-        what: format!("{} points that the CPU refreshes: {}", side.side, side.why),
+        what: format!(
+            "the number of {} points that the CPU refreshes; the bound assumes {}",
+            side.side, side.why
+        ),
         places: Vec::new(),
         worth: None,
         solved: None,
@@ -118,7 +121,7 @@ fn ranges(program: &Program) -> Vec<Offer> {
         places.dedup();
         let word = program.cell_name(cell);
         let what = format!(
-            "{word} is an index: a write with this index may change any device of its area"
+            "{word} is an index: a write with this index may change any device of the area that is written"
         );
         Offer {
             table: "ranges",
@@ -193,7 +196,7 @@ pub(super) fn description(program: &Program, one: &Unknown) -> String {
             format!("{word} is a number of iterations or units: assumed to be at most {}; each adds {} to the scan", counts.most, counts.each)
         }
         UnknownKind::Index(_) => format!(
-            "{} is the index of a write{}: the write may change any device of its area",
+            "{} is the index of a write{}: the write may change any device of the area that is written",
             one.word,
             one.origin()
         ),
@@ -220,7 +223,7 @@ fn calls(program: &Program) -> Vec<Offer> {
         table: "calls",
         line: format!("{} = {{ time = \"50us\" }}", key(name)),
         what: format!(
-            "{name} is called, but its code is not given. Without its writes, the bound assumes that it may write any device: {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
+            "{name} is called, but its code is not given. If only its time is stated, the bound assumes that it may write any device; to state the devices that it writes, write {{ time = \"50us\", writes = [\"D100-D199\", \"M5\"] }}"
         ),
         places,
         worth: None,

@@ -299,8 +299,8 @@ fn limits<'a>(request: &Request<'a>, deadline: Option<Instant>) -> Limits<'a> {
     Limits { deadline, cancelled: request.cancelled, ..Limits::default() }
 }
 
-/// A scan that executes at least this many instructions has a large model. Then real runs are made on another thread
-/// while it is followed and searched.
+/// If a scan may execute at least this many instructions, real runs are made on another thread while the program is
+/// followed and searched, unless the search for exclusive relays is going to change the program.
 const MANY: u64 = 10_000;
 
 /// Makes real runs of a large program on another thread, while the program is followed and searched. They give a lower
@@ -418,7 +418,7 @@ impl Followed {
         if !loops.open.is_empty() {
             budget.record_stop(
                 "searching for endless loops",
-                "it was not decided whether some loops end",
+                "the audit did not decide for some loops whether they end",
             );
         }
         Ok(loops)
@@ -568,7 +568,7 @@ fn note_open(searched: &Searched<'_>, budget: &Budget<'_>) {
         return;
     }
     let open = format!(
-        "the search of {} of {} groups of instructions did not end",
+        "for {} of {} groups of instructions, the search for the longest time did not end",
         unsolved.len(),
         searched.groups.len()
     );

@@ -13,7 +13,8 @@ use scanbound_replay::{Readings, RealRun, StopReason, Stopped, in_all_readings};
 use scanbound_timing::price::Prices;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest number of scans of a run in which the inputs change.
+/// The largest number of times that a run sets its inputs: to those of its plan and those of the scan that is to be
+/// reached, in turn.
 const LONGEST: usize = 8;
 /// The largest number of scans with the same inputs before the inputs change.
 const SAME: usize = 6;
@@ -30,8 +31,8 @@ const MAX_EXECUTED_PER_RUN: u64 = 400_000;
 /// The largest number of combinations of readings that are compared to find those on which each run stops.
 const MAX_STOPPED: usize = 4096;
 
-/// Which inputs a simulated run has in every other scan, beginning with its first. In the scans between, the inputs are
-/// those of the scan that is to be reached.
+/// The inputs with which a simulated run begins. Afterwards the inputs of the scan that is to be reached and these take
+/// turns, each for one scan, or for several ([`InputPlan::waits`]).
 #[derive(Clone, Copy)]
 enum EarlierInputs {
     /// The same inputs as in the scan that is to be reached.
@@ -149,8 +150,8 @@ impl AlwaysStopped {
     }
 }
 
-/// Whether an operation error depends only on what the program writes. Otherwise a different run may not have the
-/// error.
+/// Whether the condition of an operation error reads only cells that the program writes. Nondeterministic values in it
+/// are ignored. Otherwise a different run may not have the error.
 fn is_own(program: &Program, error: &Stopped) -> bool {
     let written = || (0..program.instructions.len()).flat_map(|at| flow::written(program, at));
     let mut is_own = true;
@@ -234,10 +235,11 @@ struct Simulated {
     scans: Vec<SimulatedScan>,
     /// The last scan of the run with its start values, if it takes at least as long as the longest scan found.
     last: Option<(RealRun, Witness)>,
-    /// The number of scans up to that one.
+    /// The number of scans in `scans` up to `last`, which is the last one of them.
     shown: usize,
-    /// The number of instructions that the run executed, and the largest that it may.
+    /// The number of instructions that the run executed.
     executed: u64,
+    /// The largest number of instructions that the run may execute.
     most: u64,
     /// The operation errors that end the run, each with the readings with which it does.
     errors: Vec<(Readings, Stopped)>,
@@ -256,8 +258,8 @@ impl Simulation<'_> {
         self.found.best.replay.total == Picos::ZERO
     }
 
-    /// The run of a plan. If it depends on readings of a standard: the shortest of those in each, provided that all
-    /// lead to a scan that takes at least as long as the longest scan found.
+    /// The run of a plan. If the run depends on readings of a standard: the shortest of its runs in these readings,
+    /// provided that all of them lead to a scan that takes at least as long as the longest scan found.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut shortest: Option<Simulated> = None;
         let (mut executed, mut errors) = (0, Vec::new());

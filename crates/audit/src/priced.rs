@@ -97,13 +97,14 @@ pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure>
     let mut faults: Vec<Diagnostic> = first
         .into_iter()
         .map(|(row, (index, count))| {
-            let more = if count > 1 { format!(" (and {} more)", count - 1) } else { String::new() };
+            let more =
+                if count > 1 { format!(" ({count} instructions take it)") } else { String::new() };
             let message = format!("the time of row {row} is assumed{more}");
             program.fault(&program.instructions[index], Code::AssumedTime, message, help)
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
-        let message = format!("the time of the overhead {} is assumed: {}", term.name, term.why);
+        let message = format!("the time of the overhead '{}' is assumed: {}", term.name, term.why);
         faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if let Some(Factor { text, source, .. }) =

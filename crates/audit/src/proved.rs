@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 
 /// The check is skipped for models with more circuit nodes than this.
 const NODES: usize = 2_000_000;
-/// The check is skipped if one execution of an instruction adds more than this to the model.
+/// The check is skipped if one execution of an instruction adds more circuit nodes than this to the model.
 const NODES_EACH: usize = 1 << 15;
 /// The check may take at most this time.
 const LONGEST: Duration = Duration::from_secs(10);

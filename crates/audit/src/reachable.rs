@@ -100,7 +100,7 @@ fn cut(budget: &Budget<'_>) {
     budget.record_stop_at_part(
         UNTIL,
         STAGE,
-        "the search for mutually exclusive relays was cut short: there may be more exclusive pairs than the search found",
+        "there may be more mutually exclusive relays than the search found",
     );
 }
 
@@ -158,7 +158,8 @@ struct Question<'a> {
     model: &'a ScanModel,
     bits: &'a [BitTransition],
     related: &'a RelatedRelays,
-    /// A literal that is true only if memory was cleared before the scan.
+    /// A literal that is true only if memory was cleared before the scan. `None` if no bit that the scan reads shows
+    /// this certainly.
     fresh: Option<Lit>,
 }
 

@@ -46,8 +46,8 @@ pub struct RunResults {
     pub knowledge: Knowledge,
     /// The stated facts that real runs violate.
     pub violations: Violations,
-    /// Whether it is undecided that a scan starts as the longest real run does. Unless a run from power-up leads to it,
-    /// no lower bound may rest on it.
+    /// True if it was not decided whether any scan can start in the state in which the longest real run starts. Unless
+    /// a run from power-up leads to the longest real run, no lower bound may then rest on it.
     pub is_start_undecided: bool,
 }
 
@@ -469,7 +469,8 @@ pub(super) fn summary_choices(program: &Program) -> BTreeSet<ChoiceId> {
     choices.collect()
 }
 
-/// The words that give the iterations of loops that the model does not follow, each with the loop's instruction.
+/// The words that hold the number of iterations of loops that the model does not follow, each with the loop's
+/// instruction.
 fn counts(program: &Program) -> Vec<(usize, Cell)> {
     let summary = |step: &Step| match step {
         Step::Summary(summary) => summary.iterations.map(|(count, ..)| count),
@@ -524,7 +525,7 @@ struct Start<'a> {
     program: &'a Program,
     witness: &'a Witness,
     counts: &'a [(usize, Cell)],
-    /// Where the values that the run reads are recorded.
+    /// Where the values that the run reads are recorded. `None`: they are not recorded.
     asked: Option<&'a RefCell<BTreeMap<Cell, u16>>>,
 }
 

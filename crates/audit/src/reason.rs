@@ -34,7 +34,7 @@ pub enum Reason {
     /// The limit is exceeded with the points that the program uses (their number and `input` or `output`), but not
     /// without any points.
     FewerPoints(Vec<(u32, &'static str)>),
-    /// The user should state the number of these points.
+    /// The user should state the number of input points, output points or both.
     StatePoints {
         /// `input`, `output` or both.
         sides: Vec<&'static str>,
@@ -119,7 +119,7 @@ impl fmt::Display for Reason {
             Reason::Doubt(doubt) => doubt.fmt(f),
             Reason::ConstantScan { most, interrupts, device } => {
                 match *device {
-                    "" => write!(f, "a scan may exceed the limit because the constant or minimum scan time is {most}"),
+                    "" => write!(f, "a scan may exceed the limit because it takes at least the constant or minimum scan time of {most}"),
                     _ => write!(
                         f,
                         "the program may switch on a constant scan of {most} ({device}), but no run that does so was found"
@@ -129,7 +129,7 @@ impl fmt::Display for Reason {
                     Picos::ZERO => Ok(()),
                     _ => write!(
                         f,
-                        "; interrupts just before the end of the wait add up to {interrupts}"
+                        "; interrupts near the end of this time can lengthen the scan by {interrupts}"
                     ),
                 }
             }
@@ -193,7 +193,7 @@ impl fmt::Display for Reason {
             ),
             Reason::NotReached { took } => write!(
                 f,
-                "a scan takes {took}, but no run from power-up to its start state was found (--refute reached)"
+                "the longest scan found takes {took}, but no run from power-up to its start state was found, as --refute reached requires"
             ),
             Reason::Assumed { share, of_lower, most, first } => write!(
                 f,

@@ -70,7 +70,7 @@ impl<'r> Refinement<'_, 'r> {
                 };
             }
             let searched = search.run(model, groups, &knowledge)?;
-            (self.request.progress)(Progress::Stage("running it"));
+            (self.request.progress)(Progress::Stage("simulating scans"));
             let least = prices.least_times();
             let starts = [&searched.witness, &other];
             let found = self.reals(program, &least).run(starts, searched.upper, knowledge);

@@ -87,9 +87,9 @@ impl RelatedRelays {
         }
     }
 
-    /// Of the relays `never`, which no scan turns on, those that need no others of them, or only such that need them in
-    /// turn: the relays that others must turn on first. Once one of these is free, the relays that it turns on are free
-    /// too. A relay needs those that are read in rungs which write it.
+    /// Selects the relays that other relays must turn on first. `never` are relays that no scan turns on. A relay needs
+    /// the relays that are read in rungs that write it, and those that they need. A relay of `never` is selected if it
+    /// needs no others of `never`, or only others that also need it.
     pub fn first(&self, never: &[usize]) -> Vec<usize> {
         let needs = |&from: &usize| {
             let mut found = BTreeSet::new();

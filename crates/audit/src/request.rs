@@ -38,7 +38,7 @@ pub struct Request<'a> {
     /// table.
     pub times: &'a [Override],
     /// The clock that the user stated, for a PLC that executes one program word per clock period. It is an error for
-    /// other PLCs.
+    /// other PLCs. `None` if not stated.
     pub clock: Option<&'a StatedClock>,
     /// What the user states because the source does not say it, such as ranges of words.
     pub facts: &'a Facts,
@@ -80,7 +80,7 @@ pub struct Request<'a> {
     /// Earlier warnings, which are reported before those of the audit.
     pub warnings: &'a [Diagnostic],
     /// If given, the search may end as soon as it is decided whether a scan takes longer than this time. The bounds are
-    /// then less close.
+    /// then less close. `None`: no such limit.
     pub limit: Option<Picos>,
     /// Called regularly. If it returns true, the search stops as at the time limit.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),

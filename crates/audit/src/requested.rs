@@ -67,9 +67,9 @@ pub struct LimitedCount {
 /// Assumptions of which each alone hardly changes the bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Minor {
-    /// The number of these assumptions.
+    /// The number of the assumptions.
     pub count: usize,
-    /// The bound without any of these assumptions.
+    /// The bound without any of the assumptions.
     pub without: SolvedBound,
 }
 
@@ -78,7 +78,7 @@ pub struct Minor {
 pub struct InternalDevices {
     /// The names of the words and relays.
     pub devices: Vec<String>,
-    /// The bound if the user states that only the program writes all of these devices.
+    /// The bound if the user states that only the program writes the devices in `devices`.
     pub bound: SolvedBound,
 }
 
@@ -128,7 +128,7 @@ pub struct UnusedSet {
 /// Why a set that the net states is not used.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Why {
-    /// The CPU has no such relay, or this element has no address.
+    /// The CPU does not have the relay of the element with this name, or the element has no address.
     NoRelay(String),
     /// The value of this element's relay at the start of a scan is unknown.
     StartUnknown(String, StartUnknown),
@@ -136,7 +136,7 @@ pub enum Why {
     NeverOn(String),
     /// No scan depends on the value of this element's relay at the start of the scan.
     NotRead(String),
-    /// One scan of the code can turn on all relays of the set, although it starts with no set violated.
+    /// One scan of the code can turn on all relays of the set, although no set is violated when it starts.
     Broken,
     /// The time limit was reached before the set was decided.
     NoTime,
@@ -161,10 +161,10 @@ impl Why {
         match self {
             Why::NoRelay(_) => "the code has no relay for this element".to_owned(),
             Why::StartUnknown(_, why) => why.to_string(),
-            Why::NeverOn(_) => "the code never turns this relay on, so other writers may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
+            Why::NeverOn(_) => "the code never turns this relay on, so another writer must do so, and may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
             Why::NotRead(_) => "no scan depends on the value of this relay at the start of the scan".to_owned(),
-            Why::Broken => "one scan of the code can turn on all relays of the set".to_owned(),
-            Why::NoTime => "the time limit was reached before this was decided".to_owned(),
+            Why::Broken => "a scan can turn on all relays of the set".to_owned(),
+            Why::NoTime => "the time limit was reached before it was decided whether scans preserve the set".to_owned(),
         }
     }
 }

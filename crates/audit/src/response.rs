@@ -44,18 +44,19 @@ pub struct Response {
     /// The largest number of scans: one that the edge just missed, the one that processes it, and one more for each
     /// relay on the way that is read before it is written.
     pub scans: u64,
-    /// The upper bound on the time of each of these scans.
+    /// The upper bound on the time of a scan.
     pub scan: Picos,
     /// The response time: both delays, and `scans` times `scan`.
     pub total: Picos,
 }
 
-/// Delays that the user gave on the command line. They replace those of the table; `None`: the table's delay is used.
+/// Delays that the user gave on the command line. They replace the delays of the table. Where one is `None`, the delay
+/// of the table is used.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Given {
-    /// The delay from an input terminal to the scan.
+    /// The delay from an input terminal to the scan. `None` if not given.
     pub input: Option<Picos>,
-    /// The delay from the scan to an output terminal.
+    /// The delay from the scan to an output terminal. `None` if not given.
     pub output: Option<Picos>,
 }
 

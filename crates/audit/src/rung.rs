@@ -5,7 +5,7 @@ use scanbound_base::time::Picos;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// A rung for the report, and which of its charges takes least of its longest time.
+/// A rung for the report, and which of its charges is furthest below its larger time.
 pub struct RungCharges {
     pub shown: RungUse,
     /// The charge that is furthest below the larger of its two times, as an index into the group's charges. `None` if

@@ -26,6 +26,7 @@ pub struct GroupSearch<'a> {
     /// When the whole search ends. `None`: there is no time limit.
     pub deadline: Option<Instant>,
     /// If the upper bound of the scan is at least this time, it may be too low, so that the limit is not proved.
+    /// `None`: the bound is never too low for this reason.
     pub doubtful_from: Option<Picos>,
 }
 
@@ -33,8 +34,9 @@ pub struct GroupSearch<'a> {
 struct GroupBounds {
     /// Each group's upper and lower bound.
     bounds: Vec<(Picos, Picos)>,
-    /// The sums of the groups' upper and lower bounds.
+    /// The sum of the groups' upper bounds.
     upper: Picos,
+    /// The sum of the groups' lower bounds.
     lower: Picos,
     /// The number of groups whose bounds are equal.
     solved: usize,

@@ -8,8 +8,8 @@ use std::fmt;
 pub struct SolvedBound {
     /// No scan takes longer under these settings.
     pub upper: Picos,
-    /// Whether the time limit ended that audit, so that its bound depends on machine speed and load. Otherwise every
-    /// run with the same input finds the same bound.
+    /// Whether the time limit ended the additional audit, so that its bound depends on machine speed and load.
+    /// Otherwise every run with the same input finds the same bound.
     pub cut: bool,
 }
 

@@ -29,8 +29,9 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// The most relays and words of the program whose states are examined. With more, whether they occur is not decided.
+/// The most relays whose states are examined. With more, it is not decided which states occur.
 const MAX_RELAYS: usize = 200;
+/// The most words whose states are examined. With more, it is not decided which states occur.
 const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
@@ -122,7 +123,8 @@ pub(super) fn keep_possible(
     Ok(RunResults { is_start_undecided: true, ..found })
 }
 
-/// The longest real run in which no timer runs out, in this scan or before it. `None` if that makes no difference.
+/// The longest real run in which no timer runs out, in this scan or before it. `None` if the longest run found is
+/// impossible, or the program has no timer that can be kept from running out.
 pub(super) fn keep_timers(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -142,7 +144,8 @@ pub(super) fn keep_timers(
     keep_possible(&kept, prices, trust, longest, first).map(Some)
 }
 
-/// Searches for the longest real run again, in a program that excludes more: first that of its model's longest scan.
+/// Searches for the longest real run again, in a program that excludes more scans. It begins with the longest scan of
+/// this program's model, or with `longest` if that is not found.
 fn search_again(
     search: &RunSearch<'_>,
     program: &Program,
@@ -180,7 +183,8 @@ fn bit_of(value: u16, bit: BitTarget) -> bool {
     }
 }
 
-/// There are too many relays or words, or the scan is too large, or the time is over.
+/// The error if it cannot be examined which states a scan leaves: there are too many relays or words, the scan is too
+/// large, or the time is over.
 struct Undecided;
 
 /// Finds which states a scan leaves.

@@ -21,7 +21,7 @@ const MAX_LISTED: usize = 100;
 /// Refuses ranges of words if the PLC has no words.
 ///
 /// # Errors
-/// Each such range.
+/// One error for each stated range, up to a limit.
 pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
     let faults: Vec<Diagnostic> = facts
         .ranges
@@ -56,7 +56,7 @@ pub fn writers(
             .collect();
         let message = format!("'{device}' under [{table}] is not a device or a device range");
         let help = format!(
-            "write \"D100\" or \"D100-D199\"; the devices of this PLC are {}",
+            "write \"D100\" or \"D100-D199\", the lowest number first; the devices of this PLC are {}",
             names.join(", ")
         );
         facts.fault([table, "devices"], Part::Value, Code::Fact, message, &help)
@@ -79,7 +79,7 @@ pub fn writers(
 /// time is stated.
 ///
 /// # Errors
-/// Each such device.
+/// One error for each of these devices.
 pub fn know_scan_times(
     program: &Program,
     facts: &Facts,
@@ -89,13 +89,18 @@ pub fn know_scan_times(
     let (of_watchdog, of_constant) = (facts.watchdog.is_some(), facts.constant_scan.is_some());
     let mut faults = Vec::new();
     for (special, is_stated, what, help) in [
-        (watchdog, of_watchdog, "watchdog time", "watchdog = \"500ms\""),
-        (constant, of_constant, "constant scan time", "constant = \"100ms\", or \"none\""),
-        (relay, of_constant, "constant scan", "constant = \"100ms\", or \"none\""),
+        (watchdog, of_watchdog, "sets the watchdog time", "watchdog = \"500ms\""),
+        (constant, of_constant, "sets the constant scan time", "constant = \"100ms\", or \"none\""),
+        (
+            relay,
+            of_constant,
+            "switches the constant scan on or off",
+            "constant = \"100ms\", or \"none\"",
+        ),
     ] {
         let Some(cell) = cell(program, special).filter(|_| !is_stated) else { continue };
         if external.iter().any(|region| region.contains(cell)) {
-            let message = format!("others write {special}, which sets the {what}");
+            let message = format!("other writers than the program write {special}, which {what}");
             let help = format!("state the time that they set ([scan] {help}), or remove {special}");
             let fact = ["external", "devices"];
             faults.push(facts.fault(fact, Part::Value, Code::Fact, message, &help));
@@ -120,7 +125,7 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
         let mut bits: Vec<BitSource> = Vec::new();
         for name in set {
             match bit(program, name) {
-                None => fault(format!("'{name}' under [exclusive] is not a bit")),
+                None => fault(format!("'{name}' under [exclusive] is not a bit of this PLC")),
                 Some(bit) if bits.contains(&bit) => {
                     fault(format!("'{name}' occurs twice in a set of [exclusive]"));
                 }
@@ -201,7 +206,7 @@ pub fn useless_internal(program: &Program, facts: &Facts, trust: Trust) -> Vec<D
     let idle = facts.internal.iter().zip(&program.internal).filter(is_idle).take(MAX_LISTED);
     idle.map(|(device, _)| {
         let message = format!(
-            "{device} under [internal] has no effect: it is an input, is not cleared at power-up, is also under [external], or a module may write it"
+            "{device} under [internal] has no effect: it is an input, is not cleared at power-up, is also under [external], or the CPU, a module or an interrupt may write it"
         );
         warn(message, "remove it")
     })

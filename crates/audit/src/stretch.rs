@@ -48,7 +48,7 @@ impl PassedTimes {
 /// The times in a part of the program that was followed from its beginning. `None` stands for: no such path.
 #[derive(Debug, Clone, Default)]
 struct Part {
-    /// The longest time from the beginning of the part to its first watchdog restart.
+    /// The longest time from the beginning of the part to its first watchdog restart. `None` if no path has a restart.
     head: Option<u128>,
     /// The longest time between two watchdog restarts within the part.
     inner: u128,

@@ -78,7 +78,7 @@ fn response(all: &[Task], bounds: &[(Option<Picos>, Picos)], at: usize) -> Resul
             if all[other].delays(&all[this]) && !before.contains(&other) {
                 by_intervals(all, bounds, other).map_err(|why| {
                     format!(
-                        "the task can be delayed by the task {}, whose response time is unknown: {why}",
+                        "the task can be delayed by the task {}, whose response time is unknown because {why}",
                         all[other].name
                     )
                 })?;
@@ -97,7 +97,7 @@ fn by_intervals(
     bounds: &[(Option<Picos>, Picos)],
     at: usize,
 ) -> Result<Picos, String> {
-    let execution = bounds[at].0.ok_or("nothing bounds it")?;
+    let execution = bounds[at].0.ok_or("its own time has no bound")?;
     let mut before = Vec::new();
     for (other, task) in all.iter().enumerate() {
         if other == at || !task.delays(&all[at]) {
@@ -127,10 +127,14 @@ fn by_intervals(
             return Err(match all[at].interval {
                 Some(interval) => {
                     format!(
-                        "the task may still be running when its interval of {interval} has passed and it must start again"
+                        "the task {} may still be running when its interval of {interval} has passed and it must start again",
+                        all[at].name
                     )
                 }
-                None => "the tasks that delay this task may use all of the CPU's time".to_owned(),
+                None => format!(
+                    "the tasks that delay the task {} may use all of the CPU's time",
+                    all[at].name
+                ),
             });
         }
         if next == whole {

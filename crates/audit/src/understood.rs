@@ -122,13 +122,14 @@ fn understand(
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
         let message =
-            format!("`[index] {key}` cannot be stated for this PLC: the PLC has no such parameter");
+            format!("`[index] {key}` cannot be stated for this PLC: only MELSEC programs have it");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
-        let message = format!("--clock and --time {} both state the time of a word", time.name);
+        let message =
+            format!("--clock and --time {} both state how long a program word takes", time.name);
         let found = Diagnostic::file(Code::NoClock, "", message, "remove one of the two options");
         return Err(Failure::from(found));
     }
@@ -189,7 +190,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
         .filter(|label| !known.contains(*label))
         .take(MAX_LISTED)
         .map(|label| {
-            let message = format!("a number of interrupts is stated for {label}, but the program has no interrupt routine of that name");
+            let message = format!("interrupts are stated for {label}, but the program has no interrupt routine of that name");
             let names: Vec<&str> =
                 program.interrupts.iter().take(MAX_LISTED).map(|one| one.name.as_str()).collect();
             let help = match names.as_slice() {
@@ -203,7 +204,7 @@ fn know_interrupts(program: &Program, request: &Request<'_>) -> Result<(), Vec<D
 }
 
 /// Warns if the user names a CPU of another series than the programs do. Two CPUs are of different series if their
-/// tables differ.
+/// tables differ. `None` if there is nothing to warn of, or a CPU is not named or has no table.
 pub fn other_series(named: Option<&str>, source: Option<&str>) -> Option<Diagnostic> {
     let (named, source) = (named?, source?);
     if Table::for_cpu(named)? == Table::for_cpu(source)? {

@@ -26,8 +26,8 @@ const MAX_ORIGINS: usize = 4;
 pub struct Unknown {
     /// The word that holds the unknown value, as written in the source.
     pub word: Arc<str>,
-    /// The places where it matters, with the instructions there. For a count: the longest time first; for others: in
-    /// the order of the scan. At least one.
+    /// The places where the value matters, with the instructions there. For a count: the longest time first; for
+    /// others: in the order of the scan. At least one.
     pub places: Vec<(Location, Arc<str>)>,
     /// What the value is used for.
     pub kind: UnknownKind,

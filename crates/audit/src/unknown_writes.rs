@@ -10,9 +10,9 @@ use std::sync::Arc;
 /// The largest number of places that a report names.
 const MAX_PLACES: usize = 20;
 
-/// The unknown targets of writes on which the bound depends, in the order of the scan. Targets that depend only on
-/// values that others may have written are left out: they are known once these are. `machine` says whether the CPU has
-/// parameters for indices and indirect addresses.
+/// The unknown targets of writes on which the bound depends, in the order of the scan. A target is left out if it
+/// depends on values that other writes with unknown targets may have written: it may be known once their targets are.
+/// `machine` says whether the CPU has parameters for indices and indirect addresses.
 pub(super) fn all(
     program: &Program,
     model: &ScanModel,
@@ -81,8 +81,9 @@ fn index(program: &Program, far: &UnknownWrite) -> Arc<str> {
     first.map_or_else(|| program.instructions[far.instruction].text.clone(), Arc::from)
 }
 
-/// The choices of those writes on which guards of the scan depend: a guard reads a cell that the write may have
-/// changed, or its index is such a cell, or the write may overwrite a value that the program writes and a guard reads.
+/// The choices of the havocs on which guards of the scan depend: a guard, or the index of another of these havocs,
+/// reads a cell that the havoc may have changed; or the havoc has an unknown target, and may overwrite a value that the
+/// program writes and a guard reads.
 fn relevant_choices(program: &Program, model: &ScanModel, groups: &[Group]) -> BTreeSet<ChoiceId> {
     let mut matter: BTreeSet<ChoiceId> = BTreeSet::new();
     let mut starts: BTreeSet<Cell> = BTreeSet::new();

@@ -195,8 +195,8 @@ pub struct Check {
     pub measure: Measure,
     /// The upper bound on the measured time, without the margin.
     pub longest: Picos,
-    /// The longest time found, without the margin. If points are not stated, the refresh time of points is not
-    /// included.
+    /// The largest measured time that was found, without the margin. If points are not stated, the refresh time of
+    /// points is not included.
     pub took: Picos,
     /// Whether a run from power-up to the scan that takes `took` was found.
     pub is_reached: bool,
@@ -204,8 +204,7 @@ pub struct Check {
     pub margin: Margin,
     /// The upper bound with the margin. If points are not stated, with all points that the CPU can have.
     pub upper: Picos,
-    /// The time of the replayed scan with the margin. If points are not stated, the refresh time of points is not
-    /// included.
+    /// The time `took` with the margin. If points are not stated, the refresh time of points is not included.
     pub lower: Picos,
     /// The assumed part of the time that decides: of the scan found if that refutes the limit, otherwise of the bound.
     pub assumed: Assumed,
@@ -375,8 +374,8 @@ impl Check {
         }
     }
 
-    /// The same check, but a scan refutes the limit only if a run from power-up to that scan was found. An endless loop
-    /// refutes it in any case.
+    /// Makes the check undecided if it is refuted by a scan to which no run from power-up was found. An endless loop
+    /// refutes the limit in any case.
     #[must_use]
     pub fn if_reached(mut self, audit: &Audit) -> Check {
         if self.verdict == Verdict::Refuted && !audit.is_endless() && !self.is_reached {
@@ -386,8 +385,8 @@ impl Check {
         self
     }
 
-    /// The same check, but undecided if more than the share `most` of the deciding time is assumed. An endless loop
-    /// refutes the limit in any case, because it does not depend on times.
+    /// Makes the check undecided if more than the share `most` of the deciding time is assumed. An endless loop refutes
+    /// the limit in any case, because it does not depend on times.
     #[must_use]
     pub fn if_assumed_at_most(mut self, audit: &Audit, most: MostAssumed) -> Check {
         self.most_assumed = Some(most);

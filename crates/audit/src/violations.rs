@@ -16,8 +16,9 @@ pub struct Violations {
 
 impl Violations {
     /// Records what a run violates, if the run is possible. Of a range, a violation by a constant that the program
-    /// writes is kept; one by a computed value is replaced by later ones. `scan` is the run's number since power-up if
-    /// the violation occurs there for any values from outside.
+    /// writes is kept; one by a computed value is replaced by later ones. `scan` is the number of the scan since
+    /// power-up, if the run is a scan that has the same violations whatever the values from outside are; otherwise
+    /// `None`.
     pub fn note(&mut self, program: &Program, one: &RealRun, scan: Option<usize>) {
         if !one.is_possible() {
             return;
@@ -76,7 +77,8 @@ pub struct RangeViolation {
 pub struct ExclusionViolation {
     /// The indices of the last instructions that wrote the bits, ascending.
     pub by: Vec<usize>,
-    /// The number of the scan since power-up that ends so for any values from outside. `None` if no such scan is known.
+    /// The number of the scan since power-up that ends with both bits on for any values from outside. `None` if no such
+    /// scan is known.
     pub scan: Option<usize>,
 }
 
@@ -101,7 +103,7 @@ pub fn bits_of(invariant: &Logic) -> Vec<BitSource> {
     }
 }
 
-/// Whether all that the instruction writes is constants to words.
+/// Whether the instruction only writes constants to words. Also true if it writes nothing.
 pub fn writes_constant(program: &Program, at: usize) -> bool {
     let is_constant = |effect: &Effect| match &effect.write {
         Write::Words(_, Number::Words(words)) => {

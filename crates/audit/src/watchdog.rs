@@ -15,7 +15,7 @@ use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The number of scans that are simulated to see which times they set.
+/// The number of scans that are simulated in each run from power-up, to see which times they set.
 const SCANS: usize = 3;
 /// The largest number of instructions that a simulated scan executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
@@ -37,11 +37,12 @@ pub(super) struct ScanControlAnalysis<'a> {
 /// What was observed in runs from power-up.
 #[derive(Default)]
 struct Observed {
-    /// The parts of the runs' scans without a restart of the watchdog.
+    /// For each simulated scan: its longest part without a restart of the watchdog.
     stretches: Vec<Stretch>,
     /// Whether a scan of the runs set the watchdog.
     sets_watchdog: bool,
-    /// The longest constant scan time that was certainly set in one of the runs, and the scan that waits for it.
+    /// The longest constant scan time that was certainly set in one of the runs, and the scan that waits for it. `None`
+    /// if no run set one.
     constant: Option<(Picos, WaitingScan)>,
 }
 
@@ -158,8 +159,8 @@ impl ScanControlAnalysis<'_> {
         Some(settings.into_iter().chain([self.default()?]).max().unwrap_or_default())
     }
 
-    /// The longest times without a watchdog restart in the longest scan found, as that scan is; if it is a first scan
-    /// and runs set the watchdog (`is_set`), also as a later scan.
+    /// The longest times without a watchdog restart in the longest scan found. If it is the first scan of a run, and
+    /// runs set the watchdog (`is_set`), also those in a later scan with the same other start values.
     fn others(
         &self,
         (found, is_reached): (&RunResults, bool),

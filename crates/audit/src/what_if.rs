@@ -261,7 +261,7 @@ fn no_higher(
 struct PricedAssumptions {
     /// The assumptions that are worth listing, the most valuable first; then those whose effect was not computed.
     assumptions: Vec<Assumption>,
-    /// The assumptions that hardly change the bound, together.
+    /// The assumptions that hardly change the bound, together. `None` if there are none.
     minor: Option<Minor>,
 }
 

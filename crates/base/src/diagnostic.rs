@@ -22,7 +22,7 @@ pub struct Diagnostic {
     pub file: String,
     /// The line in the file, from 1; `None` if the finding is about the whole file.
     pub line: Option<u32>,
-    /// The PLC's step number, where the file gives one.
+    /// The PLC's step number. `None` if the file gives none.
     pub step: Option<u32>,
     /// The source text of the line, or the part of it that matters.
     pub text: String,

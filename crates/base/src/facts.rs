@@ -42,13 +42,13 @@ pub struct Facts {
     /// The type of base unit that holds all modules, by its name in timing tables (`main`). `None` if not stated, or
     /// stated for inputs and outputs in `by_base`.
     pub base: Option<String>,
-    /// Input points and output points by type of base unit. Empty if one number is stated for all; else `inputs` or
-    /// `outputs` is the sum.
+    /// The numbers of input points (first) and of output points (second), by type of base unit. Empty if one number is
+    /// stated for all base units; otherwise `inputs` or `outputs` is the sum.
     pub by_base: [BTreeMap<String, u32>; 2],
     /// The longest time that network refresh takes in one scan; zero if there is no network. `None` if not stated.
     pub network: Option<Picos>,
     /// The factor by which the whole scan is multiplied, because other tasks of the CPU lengthen it. It replaces the
-    /// factor of the timing table.
+    /// factor of the timing table. `None` if not stated.
     pub factor: Option<StatedFactor>,
     /// A CPU parameter: whether the CPU stops at an operation error (`true`) or continues with the next instruction.
     /// `None` if not stated.
@@ -58,7 +58,8 @@ pub struct Facts {
     pub constant_scan: Option<Picos>,
     /// The watchdog time in the CPU's parameters. `None` if not stated.
     pub watchdog: Option<Picos>,
-    /// Whether a flowchart PC copies its inputs once at the start of each pass (`true`) or reads them at each test.
+    /// Whether a flowchart PC copies its inputs once at the start of each pass (`true`) or reads them at each test
+    /// (`false`). `None` if not stated.
     pub latched: Option<bool>,
     /// A CPU parameter: the number of bits, 16 or 32, of an index to file registers and extended data registers. `None`
     /// if not stated.
@@ -81,7 +82,7 @@ pub struct Facts {
     /// How a controller executes charts: whether all true transitions after a step fire if they have no priorities
     /// (`true`), or only the first one (`false`). `None` if this is not stated.
     pub all_clear: Option<bool>,
-    /// The order in which a chart's actions are executed in one scan, if known.
+    /// The order in which a chart's actions are executed in one scan. `None` if not stated.
     pub action_order: Option<ActionOrder>,
     /// How a controller executes charts: whether it executes the blocks of drawn transition conditions in each scan,
     /// and the conditions read the outputs of the previous scan.

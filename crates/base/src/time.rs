@@ -21,10 +21,10 @@ pub enum TimeError {
     /// The text is not a number of decimal digits with at most one point.
     #[error("not a decimal number")]
     NotDecimal,
-    /// The number has more decimals than one picosecond.
+    /// The number has decimals below a picosecond.
     #[error("finer than a picosecond")]
     TooFine,
-    /// Larger than `u64` picoseconds.
+    /// The time is larger than `u64` picoseconds.
     #[error("too large")]
     TooLarge,
     /// The duration has no unit, or an unknown one.

@@ -150,7 +150,8 @@ fn signed_bounds(words: &[WordInterval]) -> Option<(i64, i64)> {
 }
 
 /// The ranges, each from its least to its largest value, in which a signed number of one or two words (low word first)
-/// lies. A single word whose interval passes from 32,767 to -32,768 gives two ranges. Empty for numbers of more words.
+/// lies. A single word whose interval passes from 32,767 to -32,768 gives two ranges, unless it may have all values.
+/// Empty for numbers of more words.
 #[must_use]
 pub fn signed_ranges(words: &[WordInterval]) -> Vec<(i64, i64)> {
     let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));

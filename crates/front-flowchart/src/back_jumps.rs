@@ -7,13 +7,13 @@ use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest total size of all states of the search. Beyond it, the result is [`MAX_BACK_JUMPS`].
+/// The largest total size of all states of the search. Beyond it, the search ends without a result.
 const MAX_STATES: usize = 500_000;
 /// The largest number of jumps back in one turn that is unrolled.
 pub const MAX_BACK_JUMPS: usize = 64;
 
-/// What is known when the instruction with index `at` is executed. An unknown bit may be on or off; after a test its
-/// value is known.
+/// What is known when the instruction with index `at` is executed. A bit that is in no map may be on or off; a test
+/// makes its value known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,
@@ -25,9 +25,9 @@ struct State {
     timers: BTreeMap<u32, bool>,
 }
 
-/// At least the largest number of jumps back in a turn before it ends or repeats an earlier state; a turn with more
-/// jumps repeats without end. `None` if there are more than [`MAX_BACK_JUMPS`], or too many states to follow.
-/// `latched`: an input has one value during a turn, otherwise any value at each test.
+/// An upper limit of the number of jumps back in one turn before the turn ends or repeats an earlier state; a turn with
+/// more jumps back repeats without end. `None` if the limit would be above [`MAX_BACK_JUMPS`], or if there are too many
+/// states to follow. `latched`: an input has one value during a turn, otherwise any value at each test.
 #[must_use]
 pub fn jumps_back(source: &Source, routine: &Routine, latched: bool) -> Option<usize> {
     let is_back =

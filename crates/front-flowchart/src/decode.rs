@@ -6,9 +6,10 @@
 //! can make, so that all its jumps lead forward. A turn with more jumps back repeats without end ([`Step::Unbounded`]).
 //!
 //! An input may have any value at each test, unless the user states an input image: then it has one value during the
-//! pass. A timer is one bit: it was started in an earlier pass, so it may have timed out. CNR TIM may reset it, or stop
-//! it and keep its remaining time (the document says this about a timer that is reused before it times out, 3.2.1 (1)).
-//! Both are possible, so afterwards the timer may time out even in the pass that restarts it.
+//! pass. The state of a timer is one bit, which says that it was started in an earlier pass, so that it may have timed
+//! out. CNR TIM may reset it, or stop it and keep its remaining time (the document says this about a timer that is
+//! reused before it times out, 3.2.1 (1)). Both are possible, so afterwards the timer may time out even in the pass
+//! that restarts it.
 
 use super::back_jumps::{MAX_BACK_JUMPS, jumps_back};
 use super::pass_starts::{Reset, pass_starts};
@@ -31,14 +32,17 @@ const INPUTS: AreaId = AreaId(0);
 const OUTPUTS: AreaId = AreaId(1);
 /// The area of the timers that were started in an earlier pass.
 const TIMERS: AreaId = AreaId(2);
+/// The area of the bits, one for each group, that say that the group continues at its head.
 const HEADS: AreaId = AreaId(3);
+/// The area of the bits, one for each label, that say that the main routine continues at the label.
 const BACK: AreaId = AreaId(4);
+/// The area of the bits that say whether a group runs.
 const RUNS: AreaId = AreaId(5);
 /// The area of the timers that were started in this pass.
 const STARTED: AreaId = AreaId(6);
-/// The number of the first area for WAITs; each routine has one such area.
+/// The number of the first area of bits that say that a routine continues at a WAIT; each routine has one such area.
 const WAITS: u16 = 7;
-/// The largest number of instructions to which a group is unrolled, unless a single copy has more.
+/// The largest number of instructions in the copies that unrolling adds to the first copy of a group.
 const MAX_UNROLLED: usize = 100_000;
 
 /// A tenth of a second, in picoseconds.
@@ -168,7 +172,7 @@ struct Lowering<'s> {
     /// The timers whose state is remembered from pass to pass.
     timers: BTreeSet<u32>,
     program: Program,
-    /// Calls of groups that are not resolved yet: the instruction and the group.
+    /// Calls of groups that are not resolved yet: the index of the lowered call, and the group.
     calls: Vec<(usize, u32)>,
     /// Instructions whose over-approximation is already listed.
     reported: BTreeSet<usize>,
@@ -178,10 +182,12 @@ struct Lowering<'s> {
 struct RoutineLayout {
     routine: usize,
     is_main: bool,
+    /// The number of copies that unrolling adds to the first one. This is also the number of the last copy, since
+    /// copies are numbered from 0.
     copies: usize,
-    /// The first lowered instruction of each position in the source.
+    /// The index of the first lowered instruction of each spot.
     laid: BTreeMap<Spot, usize>,
-    /// Jumps to positions that are not lowered yet: the jump and its target.
+    /// Jumps to spots that are not lowered yet: the index of the lowered jump, and its target.
     jumps: Vec<(usize, Spot)>,
     /// Jumps back out of the last copy of a group: the lowered jump, its index in the source, and the index of its
     /// target in the source.
@@ -514,7 +520,8 @@ impl Lowering<'_> {
     }
 
     /// Constrains the start of a pass to the states that can be reached from power-up, whether CNR TIM resets a timer
-    /// or keeps its remaining time. Real runs must satisfy the constraints for each of the two alone.
+    /// or keeps its remaining time. In a real run, the states must satisfy the constraints for both cases: that CNR TIM
+    /// always resets a timer, and that it always keeps the remaining time.
     fn invariant(&mut self) {
         self.program.invariants = self.starts(Reset::Either);
         let is_reset = |one: &source::Instruction| matches!(one.op, Op::ResetTimer(_));
@@ -524,8 +531,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// Formulas that are true in every state in which a pass can begin, if CNR TIM has this effect, and in no others
-    /// that the search distinguishes. Empty if there are too many states.
+    /// Formulas that are together true exactly in the states in which a pass can begin if CNR TIM has this effect, as
+    /// far as the search distinguishes states. Empty if there are too many states.
     fn starts(&self, reset: Reset) -> Vec<Logic> {
         let Some(begun) = pass_starts(self.source, self.latched, reset) else { return Vec::new() };
         let bits = |area, of: &BTreeSet<u32>| -> Vec<Cell> {

@@ -3,8 +3,8 @@
 use super::{Op, Routine, Source};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Chooses the values that the program does not determine. Each is asked for once as long as it cannot have changed: an
-/// input at each test, or once in a pass if there is an input image.
+/// Chooses the values that the program does not determine. A value is asked for again only after it may have changed:
+/// that of an input at each test, or once in a pass if there is an input image.
 pub trait Plant {
     /// The state of an input or output when the pass starts, if nothing has set it before.
     fn bit(&mut self, bit: u32) -> bool;
@@ -58,8 +58,10 @@ enum Timer {
 pub struct State {
     bits: BTreeMap<u32, bool>,
     timers: BTreeMap<u32, Timer>,
-    /// The instruction at which each group continues; `None` if the group is stopped.
+    /// The instruction at which each group continues; `None` if the group is stopped. A group is missing if its state
+    /// is not known yet.
     groups: BTreeMap<u32, Option<usize>>,
+    /// The instruction at which the main routine continues; `None` if it is not known yet.
     main: Option<usize>,
 }
 

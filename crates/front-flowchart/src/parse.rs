@@ -8,7 +8,7 @@ use scanbound_front::slice_range;
 
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 60;
-/// The largest number: operands have four digits.
+/// The largest number that an operand can be: operands have at most four digits.
 const LARGEST: u32 = 9999;
 /// The help text with all instructions.
 const FORM: &str = "the instructions are AND n, AND NOT n, OUT n, OUT NOT n, TIM n #t, CNR TIM n, JMP LBLn, CJP LBLn, WAIT, LBL n, GJ, GS n, GOFF n, GN n and GE n; comments begin with ;";
@@ -158,7 +158,9 @@ fn mnemonic(words: &[Token]) -> Option<(Mnemonic, usize)> {
     WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
 }
 
-/// Whether a file begins like such a list: mostly these mnemonics with bare numbers, and no LD.
+/// Whether a file begins like an instruction list of a flowchart PC: at least half of its lines are known mnemonics
+/// with bare numbers or labels, and none is an LD. If no line shows that it belongs to a flowchart PC, all must be
+/// known.
 pub fn sniff(beginning: &str) -> bool {
     let (mut seen, mut known, mut own, mut loads) = (0_usize, 0_usize, 0_usize, 0_usize);
     for line in beginning.lines().take(LOOKED_AT) {
@@ -294,7 +296,7 @@ impl Line<'_> {
                         faults,
                         name,
                         Code::NoOperand,
-                        "the operand is missing",
+                        "the instruction has no operand",
                         FORM,
                     );
                 };
@@ -324,7 +326,10 @@ impl Line<'_> {
                 || rest.is_empty()
                 || (word == Mnemonic::Timer && rest[0] == *"#");
             if !more {
-                let message = format!("'{}' is one operand too many", concat(rest));
+                let message = format!(
+                    "'{}' is too much: the instruction is complete before it",
+                    concat(rest)
+                );
                 return self.fault(faults, span_of(rest), Code::ExtraOperand, &message, FORM);
             }
         }
@@ -342,7 +347,7 @@ impl Line<'_> {
         let message = if first || word.chars().all(char::is_alphabetic) {
             format!("a flowchart PC has no instruction '{word}'")
         } else {
-            format!("'{}' is one operand too many", concat(rest))
+            format!("'{}' is too much: the instruction is complete before it", concat(rest))
         };
         self.fault(faults, at.clone(), Code::UnknownInstruction, &message, &help);
     }

@@ -133,7 +133,7 @@ struct Walk {
     at: usize,
     /// The condition that the tests so far have computed.
     holds: bool,
-    /// The group whose turn it is, and where the main routine continues afterwards.
+    /// The group whose turn it is, and where the main routine continues afterwards. `None` while the main routine runs.
     turn: Option<(u32, usize)>,
     /// The values that are known in this pass, of inputs with an image and of outputs that states do not contain.
     known: BTreeMap<u32, bool>,

@@ -199,7 +199,7 @@ impl Source {
             let (line, text) = (jump.line, jump.text.clone());
             let message =
                 format!("the main routine can repeat the loop from line {} to here", from.line);
-            let help = "each iteration counts as a pass of its own";
+            let help = "scanbound counts each iteration as a pass of its own: no action is needed if this is meant";
             Diagnostic::line(Code::InnerLoop, &self.name, line, text, message, help).warning()
         });
         loops.collect()

@@ -98,8 +98,11 @@ impl Reader<'_, '_> {
                     self.groups.insert(one.operand, at);
                 }
                 if one.operand as usize > MAX_GROUPS {
-                    let message = format!("group {} does not exist", one.operand);
-                    self.fault(Code::GroupNumber, one, &message, "use group numbers up to 32");
+                    let message = format!(
+                        "the group number {} is too large: group numbers are 0 to 32",
+                        one.operand
+                    );
+                    self.fault(Code::GroupNumber, one, &message, "use a group number from 0 to 32");
                 }
                 routines.push(Routine { group: Some(one.operand), body: at..at });
             }
@@ -149,7 +152,12 @@ impl Reader<'_, '_> {
             Mnemonic::Groups => {
                 if group.is_some() {
                     let help = "use GJ only in the main routine";
-                    self.fault(Code::JumpInGroup, one, "GJ is not defined within a group", help);
+                    self.fault(
+                        Code::JumpInGroup,
+                        one,
+                        "GJ is in a group, where it is not defined",
+                        help,
+                    );
                 }
                 Op::Groups
             }
@@ -158,7 +166,7 @@ impl Reader<'_, '_> {
                     let message = format!("group {n} can neither start nor stop itself");
                     self.fault(Code::OwnGroup, one, &message, "end the group with GE");
                 } else if !self.groups.contains_key(&n) {
-                    let message = format!("group {n} does not exist");
+                    let message = format!("no GN begins group {n}");
                     self.fault(
                         Code::NoGroup,
                         one,
@@ -172,7 +180,7 @@ impl Reader<'_, '_> {
             Mnemonic::End => {
                 if group != Some(n) {
                     let message = match group {
-                        Some(own) => format!("GE {n} ends group {n}, but it is in group {own}"),
+                        Some(own) => format!("this GE {n} ends group {n}, but is in group {own}"),
                         None => "GE is not in a group".to_owned(),
                     };
                     self.fault(

@@ -314,7 +314,7 @@ impl Lines<'_> {
 struct Body<'a, 'f, 'n> {
     text: &'a str,
     instructions: Vec<RawInstruction>,
-    /// The instruction whose operands may continue on the next row.
+    /// The instruction whose operands may continue on the next row. `None` if there is none.
     open: Option<Pending>,
     /// The rows that have a step number.
     steps: Vec<StepRow>,

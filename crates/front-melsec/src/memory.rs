@@ -255,7 +255,7 @@ pub const fn area(name: &str) -> AreaId {
     panic!("no area has this name")
 }
 
-/// `==` for use in constant expressions.
+/// Whether two texts are equal. Unlike `==`, it can be used in constant expressions.
 const fn is_same(a: &[u8], b: &[u8]) -> bool {
     let mut at = 0;
     while at < a.len() && at < b.len() && a[at] == b[at] {

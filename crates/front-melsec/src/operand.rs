@@ -253,7 +253,8 @@ fn number(digits: &str, radix: Radix, text: &str) -> Result<u32, String> {
         // No CPU has device numbers above this; it also keeps cell indices far from overflow.
         Ok(value) if value < 0x4000_0000 => Ok(value),
         Ok(_) => Err(format!("`{text}`: the device number is higher than on any CPU")),
-        Err(_) => Err(format!("`{text}`: `{digits}` is not {what}")),
+        Err(_) if digits.is_empty() => Err(format!("`{text}` has no device number")),
+        Err(_) => Err(format!("`{text}`: `{digits}` is not a {what} number")),
     }
 }
 
@@ -301,9 +302,7 @@ fn device(text: &str, family: Family) -> Result<Device, String> {
         },
     };
     if bit.is_some() && !matches!(kind, DeviceType::Word(_) | DeviceType::VolatileWord) {
-        return Err(format!(
-            "`{text}`: only the bits of a word device can be selected by a number"
-        ));
+        return Err(format!("`{text}`: only a word device has bits .0 to .F"));
     }
     let index = index_of(suffix).filter(|_| !is_behind_bit).map(|(letters, register)| Index {
         number: index,

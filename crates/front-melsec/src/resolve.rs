@@ -102,7 +102,7 @@ pub(super) fn miscounted(raw: &RawInstruction, file: &RawFile, count: usize) -> 
     let found = raw.operands.len();
     let message = || format!("`{}` takes {}, but has {found}", raw.mnemonic, operands(count));
     let part = raw.operands.get(count).unwrap_or(&raw.mnemonic);
-    let help = "see the description of the instruction";
+    let help = "write the operands that the CPU's manual gives for this instruction";
     (found != count).then(|| fault(raw, file, (Code::OperandCount, part), message(), help))
 }
 
@@ -111,7 +111,7 @@ pub(super) enum Category {
     /// A contact that reads a bit: LD, ANI, ORP and similar.
     Contact {
         join: Join,
-        /// The edge that the contact detects: rising (`true`), falling (`false`), or none.
+        /// The edge that the contact detects: rising (`true`) or falling (`false`). `None` if it detects no edge.
         rising: Option<bool>,
         negated: bool,
     },
@@ -274,7 +274,8 @@ fn category_of_application(
             refuse(Code::NotModelled, message, help, false)
         }
         Err(NotFound::Unknown) => {
-            let own = "a user-defined instruction needs a row in the timing table";
+            let own =
+                "if it is a user-defined instruction, state its time in the table or with --time";
             let help = match close(&item.name) {
                 Some(close) => format!("did you mean `{close}`? {own}"),
                 None => own.to_owned(),
@@ -286,7 +287,7 @@ fn category_of_application(
             let expected: Vec<String> = expected.into_iter().map(operands).collect();
             let found = item.raw.operands.len();
             let message = format!("`{written}` takes {}, but has {found}", expected.join(" or "));
-            let help = "see the description of the instruction";
+            let help = "write the operands that the CPU's manual gives for this instruction";
             refuse(Code::OperandCount, message, help, true)
         }
     }

@@ -17,7 +17,7 @@ use scanbound_ir::Cell;
 /// The deepest nesting of loops that is accepted; no CPU allows as many.
 const MAX_NESTING: usize = 64;
 
-/// On the FX, P63 means END and needs no label.
+/// The number of the label P63, which on the FX means END and needs no label instruction.
 const END_OF_FX: u32 = 63;
 
 /// What an item (an instruction, see [`Item`]) does in the control structure. Numbers are the indices of other items,
@@ -208,7 +208,8 @@ struct Checker<'r, 'f> {
     loops: Vec<usize>,
     /// The master control regions and step ladder states that are open, the outermost first.
     masters: Vec<OpenRegion>,
-    /// The item of the step ladder state that is open, and the item of the innermost region around it.
+    /// The item of the step ladder state that is open, and the item of the innermost region around it. `None` if no
+    /// state is open.
     state: Option<(usize, Option<usize>)>,
 }
 
@@ -457,8 +458,9 @@ impl<'r> Checker<'r, '_> {
             *next = at;
         }
         if self.structure.sites[begin].master != self.masters.last().map(|region| region.begin()) {
-            let message = "the loop and a master control region overlap".to_owned();
-            let help = "put the whole loop inside the region, or the whole region inside the loop";
+            let message =
+                "the loop overlaps with a master control region or a step ladder state".to_owned();
+            let help = "put the whole loop inside the region or state, or the whole region or state inside the loop";
             self.fault(at, Code::CrossedMasterControl, "NEXT", message, help);
         }
         Some(Part::Next)
@@ -477,9 +479,13 @@ impl<'r> Checker<'r, '_> {
 
     fn master_begins(&mut self, at: usize) -> Option<Part> {
         let level = self.nesting(at)?;
-        if matches!(self.masters.last(), Some(OpenRegion::Master(open, _)) if *open >= level) {
+        if let Some(&OpenRegion::Master(open, _)) = self.masters.last()
+            && open >= level
+        {
             let text = &self.item(at).raw.operands[0];
-            let message = format!("a master control region of level N{level} is already open here");
+            let message = format!(
+                "this region has level N{level}, but is inside a master control region of level N{open}"
+            );
             let help = "give the inner region a higher level number";
             self.fault(at, Code::Nesting, text, message, help);
         }

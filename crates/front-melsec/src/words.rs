@@ -155,7 +155,7 @@ pub(super) fn check(instructions: &[RawInstruction], lines: u32, faults: &mut Fa
                         instruction.line,
                         shown(&instruction.text),
                         format!(
-                            "this instruction{others} comes after the END of the program, in line {}",
+                            "this instruction{others} comes after the program's END, which is in line {}",
                             instructions[end].line
                         ),
                         "keep one program in each file: remove what follows END, or remove this END",

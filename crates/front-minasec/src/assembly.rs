@@ -18,9 +18,10 @@ const FORM: &str = "write LD, LDI, AND, ANDI, OR, ORI, ST or STI and a device, s
 const DEVICES: &str =
     "the devices are X00-X07, Y00-Y07, M00-M07, M10-M13, T0, T1, C0 and its clear C0CLR";
 
-/// Whether a file begins like MINASEC-U assembly: all instructions are valid, or most are and there is a store and a
-/// valid device, which only instruction lists of IEC 61131-3 have, too, but with other devices. A list without a store
-/// could also be in another dialect, so then all its devices must be valid.
+/// Whether a file begins like MINASEC-U assembly. If there is a store, at least half of the instructions must have a
+/// known mnemonic and one operand, and at least one a valid device: of other dialects, only instruction lists of IEC
+/// 61131-3 have these stores, and their devices are different. A list without a store could be in another dialect, so
+/// all its instructions and devices must be valid.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;
@@ -90,7 +91,7 @@ pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                     Code::TooLong,
                     number,
                     line,
-                    "the program has more than 256 words",
+                    "this word is outside the program memory, which has 256 words",
                     "use addresses 0 to 255: the program counter has eight bits",
                 );
                 if address == next - 1 {

@@ -1,7 +1,7 @@
 //! Lowers the 256 words of a MINASEC-U program.
 //!
-//! The accumulator is the top of the logic stack. It keeps its value from the last scan in a cell of its own; a part
-//! without a time reads this cell before the first word if that word needs it.
+//! The accumulator is the top of the logic stack. It keeps its value from the last scan in a cell of its own; if the
+//! first word needs it, an added instruction without a time reads this cell before that word.
 
 use super::source::Source;
 use super::word::{DeviceKind, Opcode, WORDS, Word};

@@ -49,10 +49,12 @@ pub(super) fn sniff_hex(beginning: &str) -> bool {
         })
 }
 
-/// Reads the bytes of program memory, at most 256; missing ones are empty.
+/// Reads the bytes of program memory: at most 256, or those of a whole memory IC, of which only the first 256 are the
+/// program. Missing bytes are empty.
 ///
 /// # Errors
-/// There are more bytes or none, or one is a store to an input.
+/// There is no byte; there are more bytes, but not those of a memory IC; the unreachable part of a memory IC has other
+/// contents; or a byte is a store to an input.
 pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, BINARY);
@@ -69,7 +71,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
         faults.push(Diagnostic::file(
             Code::Unreachable,
             name,
-            format!("the byte at {at} is not empty, although the board cannot reach it"),
+            format!("the byte at address {at} is not empty, but the board cannot execute it"),
             "give only the first 256 bytes of the memory: the program counter has eight bits",
         ));
     } else if bytes.len() > WORDS && rest.is_none() {

@@ -1,5 +1,5 @@
-//! For the price of an instruction: the cells and word bits that its operands access. This is known even if the
-//! instruction's effects are only "any value".
+//! Finds the cells and word bits that the operands of an instruction access, on which the price of the instruction
+//! depends. They are known even if the instruction's effects are only "any value".
 
 use super::catalog::{Amount, Extent, Role};
 use super::extent::length;

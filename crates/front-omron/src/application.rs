@@ -126,8 +126,9 @@ fn units(builder: &OmronBuilder, item: &Item<'_>) -> Units {
     }
 }
 
-/// The word that counts an instruction's units at run time. `None` if the operand is not a word, on the C series (where
-/// the count is BCD, which the analysis of word values does not support), or if the system may change the word.
+/// The word that counts an instruction's units at run time. `None` if the operand is not a word, if the instruction has
+/// the prefix `!`, if the system may change the word, or on the C series (where the count is BCD, which the analysis of
+/// word values does not support).
 fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -> Option<Counted> {
     let Operand::Word(count) = *item.operands.get(operand)? else { return None };
     // With `!`, the input is read again before, so the word may differ from what the program saw or wrote.

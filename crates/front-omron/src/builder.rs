@@ -31,7 +31,7 @@ pub(super) struct OmronBuilder {
     pub(super) file: u32,
     /// The number of results on the stack: branches of the rung that are not yet combined.
     pub(super) depth: usize,
-    /// Whether the instruction before was a coil, so that the next LD begins a rung.
+    /// Whether the next LD begins a rung: at the beginning, and after a coil.
     pub(super) closed: bool,
     /// The temporary relays (TR) that hold a branch of the current rung.
     pub(super) branches: BTreeSet<u32>,
@@ -39,20 +39,21 @@ pub(super) struct OmronBuilder {
     pub(super) fast: BTreeSet<Cell>,
     /// Whether the current instruction may run several times in a scan.
     pub(super) repeated: bool,
-    /// Whether the current instruction is in an interlock, where families treat edges differently.
+    /// Whether the current instruction is in an interlock, where the CPU families treat edges differently.
     pub(super) interlocked: bool,
     /// The number of hidden bits so far.
     edges: u32,
-    /// For each counter, the hidden bits of each instruction that counts it.
+    /// For each counter (its completion flag): for each instruction that counts it, the hidden bits in which the
+    /// instruction remembers its inputs.
     pub(super) counters: BTreeMap<Cell, Vec<Vec<Cell>>>,
-    /// The instructions that reset counters, each with the counters.
+    /// The indices of the instructions that reset counters, each with the completion flags of these counters.
     pub(super) counter_resets: Vec<(usize, Vec<Cell>)>,
     /// The effects that store the current instruction's inputs in hidden bits; they are added after its other effects.
     remembered: Vec<Effect>,
     /// Loops whose number of iterations is in a word: the index of the FOR, and the word if it is known.
     pub(super) counted: Vec<(usize, Option<Cell>)>,
-    /// The index registers that operands of the current instruction increment or decrement; these effects are added
-    /// last.
+    /// The index registers that operands of the current instruction increment or decrement. Their changes are added as
+    /// the last effects of the instruction.
     moved: Vec<Cell>,
 }
 
@@ -110,9 +111,10 @@ impl OmronBuilder {
         self.out.choice()
     }
 
-    /// A choice that earlier scans determine: elapsed time, or a value from the last scan. A single scan may have any
-    /// value; in a run from power-up it is unknown. If the instruction may run several times in a scan, it is an
-    /// ordinary choice, because the earlier execution is not modelled.
+    /// A choice that earlier scans determine: elapsed time, or a value from the last scan. In the analysis of a single
+    /// scan it may have any value; in a run from power-up its value is not known. If the instruction may run several
+    /// times in a scan, it is an ordinary choice, because the instruction's earlier execution in the same scan is not
+    /// modelled.
     pub(super) fn earlier_choice(&mut self) -> ChoiceId {
         if self.repeated {
             return self.out.choice();
@@ -149,8 +151,8 @@ impl OmronBuilder {
         })
     }
 
-    /// Adds what the instructions that reset counters change in what these remember of their inputs: no manual says
-    /// whether a counter counts again whose input stays on.
+    /// Adds to each instruction that resets counters that the hidden bits in which these counters remember their inputs
+    /// may go off: no manual says whether a counter whose input stays on counts again after a reset.
     pub(super) fn reset_counters(&mut self) {
         for (at, flags) in std::mem::take(&mut self.counter_resets) {
             let counters = flags.iter().filter_map(|flag| self.counters.get(flag));
@@ -163,8 +165,8 @@ impl OmronBuilder {
         }
     }
 
-    /// Lets what counters remember of their inputs have any value if several instructions count the same counter: no
-    /// manual says whether each of them remembers its own input.
+    /// If several instructions count the same counter, lets the hidden bits in which they remember its inputs have any
+    /// value: no manual says whether each of the instructions remembers its own input.
     pub(super) fn widen_shared_counters(&mut self) {
         let counters = std::mem::take(&mut self.counters).into_values();
         let shared = counters.filter(|instructions| instructions.len() > 1);
@@ -247,8 +249,8 @@ impl OmronBuilder {
         self.out.define(choice, meaning);
     }
 
-    /// The condition under which an instruction fires, by its edge prefix. For instructions that are lowered to a
-    /// single one.
+    /// The condition under which an instruction with this edge prefix fires. For OMRON instructions that are lowered to
+    /// a single instruction of the program.
     pub(super) fn fires(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
@@ -256,8 +258,8 @@ impl OmronBuilder {
         }
     }
 
-    /// As `fires`, for an instruction that is lowered to several instructions: its edge is not followed but may occur
-    /// whenever the condition has the new value.
+    /// As `fires`, for an OMRON instruction that is lowered to several instructions: its edge is not modelled, but may
+    /// occur whenever the condition has the value after the edge.
     pub(super) fn fires_or_not(&mut self, edge: Option<Edge>) -> Logic {
         match edge {
             None => Logic::Condition,
@@ -311,7 +313,7 @@ impl OmronBuilder {
         self.result(Join::Replace, Logic::Const(true));
     }
 
-    /// Saves the result of the rung while this instruction is lowered.
+    /// Saves the result of the rung, until `restore` after further parts of this instruction.
     pub(super) fn keep(&mut self) {
         self.push(Step::Save(BRANCHES), Vec::new(), None);
     }
@@ -338,7 +340,8 @@ impl OmronBuilder {
         self.depth = self.depth + 1 - count as usize;
     }
 
-    /// Makes the result of the rung the conjunction of branches. Each has its number; `false` negates it.
+    /// Makes the result of the rung the conjunction of branches that `split` has saved. Each is given by its number;
+    /// one with `false` is negated.
     pub(super) fn product(&mut self, branches: &[(u32, bool)]) {
         for (at, &(branch, positive)) in branches.iter().enumerate() {
             if at > 0 {

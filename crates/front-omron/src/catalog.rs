@@ -155,8 +155,8 @@ pub(super) fn all_names() -> impl Iterator<Item = &'static str> {
     NAMES.iter().map(String::as_str)
 }
 
-/// The mnemonic of the instruction of this family that has this function number. Numbers that the user assigns are not
-/// found.
+/// The mnemonic of the instruction of this family that has this function number. `None` if there is none. Numbers that
+/// the user assigns are not found.
 pub(super) fn numbered(number: u16, family: Family) -> Option<&'static str> {
     let fits = |row: &&Row| {
         row.extra.number == Some(number) && is_of(row, family) && !row.extra.assignable

@@ -19,7 +19,8 @@ const MARK: &str = "$?St$Bk?_#[";
 /// The lowest number of a cyclic task.
 const FIRST_CYCLIC: u32 = 256;
 
-/// The blocks that contain rungs: parent, content, and the parent's key for the number of blocks.
+/// The blocks that contain rungs, from the outside in. For each block: its name, the name of the block that contains
+/// it, and the key with which the containing block states how many such blocks it has.
 const LEVELS: [Level; 5] = [
     Level { name: "Program", parent: "Programs", count: Some("ProgramCount") },
     Level { name: "Sections", parent: "Program", count: None },
@@ -28,7 +29,7 @@ const LEVELS: [Level; 5] = [
     Level { name: "R", parent: "ProgramData", count: Some("RC") },
 ];
 
-/// Blocks in which no other block contains code.
+/// Blocks that contain no code, neither directly nor in other blocks.
 const NO_CODE: [&str; 2] = ["LocalVariables", "AtchCmts"];
 
 /// Keys of texts that contain no code.
@@ -50,7 +51,7 @@ struct Block {
     line: usize,
     /// The number of blocks with rungs that were found in the block so far; for a rung, the number of mnemonic lists.
     contained: u32,
-    /// The number of entries that the file states for the block. `None` if it states none.
+    /// The number of contained blocks that the file states for the block. `None` if it states none.
     stated: Option<u32>,
 }
 
@@ -222,7 +223,8 @@ impl Reader<'_, '_> {
         self.path.push(Block { name, line, contained: 0, stated: None });
     }
 
-    /// Counts a block in the block that contains it. Reports an error if its index is not the next number.
+    /// Raises by one the number of blocks that the current block contains. Reports an error if the index of the new
+    /// block is not the next number.
     fn count_block(&mut self, level: &Level, key: &str) {
         let Some(parent) = self.path.last_mut() else { return };
         let place = parent.contained;
@@ -234,7 +236,8 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Checks that a finished block contains the number of blocks that it states. If it states none: one.
+    /// Checks that a finished block contains the number of blocks that it states, or exactly one if its format has no
+    /// such number. A missing number is an error, except for the number of programs.
     fn check_block(&mut self, block: &Block) {
         if !(self.holds_code() || block.name == "Programs") {
             return;
@@ -247,7 +250,10 @@ impl Reader<'_, '_> {
         };
         let message = match (count, block.stated) {
             (None, _) if block.contained == 1 => return,
-            (None, _) => format!("{} contains {} {what}, not one", block.name, block.contained),
+            (None, _) => format!(
+                "the block {} must contain one {what}, but contains {}",
+                block.name, block.contained
+            ),
             (Some(_), Some(stated)) if stated == block.contained => return,
             (Some(count), Some(stated)) => {
                 format!("{count} is {stated}, but the file contains {} {what}", block.contained)
@@ -345,7 +351,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Counts the mnemonic list that begins here, for the number of the current rung.
+    /// Raises the number of mnemonic lists of the current rung by one.
     fn list(&mut self) {
         if let Some(rung) = self.path.last_mut() {
             rung.contained += 1;

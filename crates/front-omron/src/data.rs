@@ -88,7 +88,7 @@ fn whole(operand: &Operand, memory: Memory) -> Vec<Region> {
 }
 
 /// The registers that an instruction writes implicitly: SRCH, MAX and MIN store the found address in IR0, SRCH the
-/// number of matches in DR0.
+/// number of matches in DR0. Empty for other instructions and on the C series.
 fn registers(memory: Memory, item: &Item<'_>) -> Vec<Region> {
     let found = matches!(&*item.name, "SRCH" | "MAX" | "MIN");
     let index = memory.index_register(0).filter(|_| found);
@@ -108,8 +108,8 @@ fn special_units(memory: Memory, item: &Item<'_>) -> Option<Region> {
     named.then_some(Region::Range { first: Cell { area: first.area, index: 100 }, count: 100 })
 }
 
-/// Writes of any value to the condition flags that the catalog lists for the instruction. All flags, if an operand has
-/// an unknown address or ZCP may find its limits invalid.
+/// Writes of any value to the condition flags that the catalog lists for the instruction. To all flags, if the catalog
+/// has `*` or no row for it, if an operand has an unknown address, or if ZCP may find its limits invalid.
 pub(super) fn flags(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let named = item.row.map_or("*", |row| row.extra.flags);
     let indirect = item.operands.iter().any(Operand::is_indirect);
@@ -178,7 +178,7 @@ fn targets(item: &Item<'_>, at: usize, count: u32) -> Option<Vec<WordTarget>> {
     }
 }
 
-/// The number of words of operand `at` according to the catalog; 1 if that is not a constant.
+/// The number of words of operand `at` according to the catalog; 1 if the catalog gives no fixed number.
 fn width(item: &Item<'_>, at: usize) -> u32 {
     let slot = item.row.and_then(|row| row.operands.get(at));
     match slot.and_then(|slot| slot.read_words().or(slot.written_words())) {
@@ -394,8 +394,8 @@ fn comparison(
     Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
 }
 
-/// Whether the limits of ZCP are constants of which the lower one comes first. Otherwise ZCP may be an error that
-/// leaves the flags unchanged.
+/// Whether the limits of ZCP are constants, of which the lower limit is not above the upper one. Otherwise ZCP may be
+/// an error that leaves the flags unchanged.
 fn limits_in_order(item: &Item<'_>) -> bool {
     let limit = |at: usize| match item.operands.get(at) {
         Some(&Operand::Constant(value, _)) => Some(value),

@@ -22,7 +22,7 @@ use scanbound_ir::{
     flow,
 };
 
-/// The largest number of errors about stated ranges that are listed.
+/// If the project has this many errors, further errors about stated ranges are not listed.
 const MAX_FAULTS: usize = 100;
 
 /// The largest number of instructions. The largest CPUs hold 400 K steps; a contact takes one step, most other
@@ -107,11 +107,11 @@ const UNLISTED: &str = "unlisted tasks";
 /// The largest number of input and output words of any CPU.
 const MAX_POINTS: u32 = 320;
 
-/// The subroutines that the instructions INT, STIM and CTBL (C series) let interrupts run. If any of these occurs,
-/// interrupts may also run the subroutines that nothing calls; they are not listed here.
+/// The subroutines that the instructions INT, STIM and CTBL (C series) let interrupts run. Where one of these
+/// instructions occurs, interrupts may also run each subroutine that nothing calls, even if it is not listed here.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 struct Interrupted {
-    /// Whether the program enables any interrupt that may run a subroutine.
+    /// Whether the program has an instruction that lets interrupts run subroutines.
     any: bool,
     /// Whether interrupts may run any subroutine, because a table in memory selects it.
     all: bool,
@@ -143,7 +143,8 @@ impl Interrupted {
     }
 }
 
-/// The completion flags of timers that may time out between instructions: all with a time base of 10 ms or less.
+/// The completion flags of timers that may time out between instructions: of all timers with a time base of 10 ms or
+/// less. If one of these is at an unknown address, the flags of all timers.
 fn fast_timers(project: &RawProject, memory: Memory) -> BTreeSet<Cell> {
     let none = BTreeSet::new();
     let mut found = BTreeSet::new();
@@ -196,7 +197,8 @@ struct Decoder {
     unmasked: bool,
     /// Whether programs call subroutines of each other, as several programs of the C series do.
     shared: bool,
-    /// Input and output words that are read and that are written, each with a mask of the single bits that are used.
+    /// Input and output words by their numbers: first those that the program reads, then those that it writes. Each has
+    /// a mask of the bits that are used; a read of a whole word adds no bits to it.
     used: [BTreeMap<u32, u16>; 2],
 }
 
@@ -374,7 +376,8 @@ impl Decoder {
         }
     }
 
-    /// Adds the clearing of the condition flags, which the system does when a task begins.
+    /// On CS, CJ and CP, adds before each program but the first that the condition flags, the index registers and the
+    /// data registers may have any value, because the system changes them when a task begins.
     fn clear_flags(&mut self) {
         if self.builder.memory.family == Family::Cs && !self.tasks.is_empty() {
             let (first, count) = self.builder.memory.flags();
@@ -412,16 +415,23 @@ impl Decoder {
         }
         for call in calls {
             let raw = items[call.item].raw;
+            // SBS of the CS series reaches only subroutines of its own program.
+            let (place, first) = match self.builder.memory.family {
+                Family::Cs if !call.global => {
+                    ("this program", "give the whole program, correct the number")
+                }
+                _ => (
+                    "the project",
+                    "give the file that contains the subroutine too, correct the number",
+                ),
+            };
             let fault = Diagnostic::line(
                 Code::NoSubroutine,
                 &file.name,
                 raw.line,
                 scanbound_front::shown(&raw.text),
-                format!("subroutine {} does not exist in the project", call.number),
-                absent::help(
-                    "give the file that contains the subroutine too, correct the number",
-                    &call.routine(),
-                ),
+                format!("subroutine {} does not exist in {place}", call.number),
+                absent::help(first, &call.routine()),
             );
             self.calls.push((program, call, fault.at_step(raw.step)));
         }
@@ -547,15 +557,16 @@ impl Decoder {
         }
         let stated = options.facts.interrupt(UNLISTED);
         if let Some(times) = stated.filter(|&times| times > 0) {
-            let message =
-                format!("{times} runs of {UNLISTED} are stated, but their programs are missing");
+            let message = format!(
+                "{times} runs of {UNLISTED} in a scan are stated, but no given file contains an interrupt program"
+            );
             let help = "give the program files, and state the runs by file name, such as [interrupts] task2 = 1";
             self.faults.push(Diagnostic::file(Code::NoInterrupt, "", message, help));
         }
         let entry = self.builder.push(Step::Return, Vec::new(), None);
         self.builder.out.interrupt(UNLISTED.to_owned(), entry, stated);
         self.builder.approximate(
-            "interrupts are enabled, but the programs that the interrupts run are not among the files",
+            "interrupts are enabled, but the interrupt programs are not among the files: the bound does not include their instructions",
         );
     }
 
@@ -577,13 +588,14 @@ impl Decoder {
         }
     }
 
-    /// If the project can switch a task off, adds that the task may or may not run; otherwise the task always runs.
+    /// Completes the jump over a task's program, which only a cyclic task has (`gated`). If the task may be off, the
+    /// jump may or may not jump; otherwise it never jumps.
     fn add_task_switch(&mut self, at: usize, may_be_off: bool, gated: bool) {
         if !gated {
             return;
         }
         if may_be_off {
-            self.builder.out.program.approximate(at, "the task may be off");
+            self.builder.out.program.approximate(at, "the task of this program may be off: the bound covers scans with the program and without it");
         } else if let Step::Jump { fires, .. } = &mut self.builder.out.program.instructions[at].step
         {
             *fires = Logic::Const(false);

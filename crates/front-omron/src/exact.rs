@@ -1,4 +1,4 @@
-//! The operations of OMRON instructions for which the analysis may assume any result.
+//! The operations of those OMRON instructions whose results the analysis may take as any value.
 
 use super::builder::OmronBuilder;
 use super::catalog::Amount;
@@ -337,7 +337,8 @@ fn meaning(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> 
     }
 }
 
-/// The meaning of instructions that only move words, digits or bits. They do not change the carry.
+/// The meaning of instructions that only move words, digits or bits. They do not change the carry. `None` for other
+/// instructions, and if an operand is not of a form that can be computed.
 fn moved(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<ExactMeaning> {
     let family = builder.memory.family;
     let simple = |operation, input, output| {
@@ -435,12 +436,12 @@ fn bit_of(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, bit: u32) -> O
     }
 }
 
-/// `count` words of operand `at`, as the input of an operation.
+/// `count` words of operand `at`, as the input of an operation. `None` if the operand cannot be read as words.
 fn words(builder: &mut OmronBuilder, item: &Item<'_>, at: usize, count: u32) -> Option<Input> {
     data::sources(builder, item, at, count).map(Input::Words)
 }
 
-/// The carry flag, as the input of an operation.
+/// The carry flag, as the input of an operation. `None` if the family has no such flag.
 fn carry_bit(builder: &OmronBuilder) -> Option<Input> {
     let flag = match builder.memory.flag("CY")? {
         BitTarget::Cell(cell) => BitSource::Cell(cell),

@@ -13,7 +13,7 @@ const MAX_OPERANDS: usize = 100;
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 200;
 
-/// Counts signs of each notation, to recognise the notation of a file.
+/// What a file contains of each notation, to recognise the notation of the file.
 #[derive(Debug, Clone, Copy, Default)]
 struct NotationEvidence {
     /// The number of function numbers with two digits.
@@ -28,9 +28,10 @@ struct NotationEvidence {
     omron_only: usize,
     /// The number of instructions of the catalog whose operands are valid for OMRON.
     known: usize,
-    /// The number of these known instructions that begin a branch.
+    /// The number of instructions counted in `known` that begin a branch.
     contacts: usize,
-    /// The number of lines that are none of these.
+    /// The number of lines that are not valid OMRON instructions, and of operands that look like those of other
+    /// vendors.
     unknown: usize,
     /// Whether the file has something that OMRON mnemonics never have.
     foreign: bool,
@@ -101,7 +102,7 @@ fn collect_evidence(instruction: &RawInstruction, evidence: &mut NotationEvidenc
         usize::from(fits && known && name.starts_with("LD") && !instruction.operands.is_empty());
 }
 
-/// Counts the operand as a sign of a notation. Returns whether it is valid for OMRON.
+/// Adds the operand to the evidence, if it is a sign of a notation. Returns whether it is valid for OMRON.
 fn sign(operand: &str, name: &str, evidence: &mut NotationEvidence) -> bool {
     let upper = operand.to_ascii_uppercase();
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());

@@ -46,7 +46,7 @@ pub(super) struct Lowering<'a> {
     /// The instructions of jumps and loops, each with the item to which it leads.
     patches: Vec<(usize, usize)>,
     pub(super) calls: Vec<CallSite>,
-    /// The numbers of the open interlocks.
+    /// The levels of the open interlocks, outermost first: 0 for IL, the nesting depth for MILH and MILR.
     interlocks: Vec<u32>,
     /// Whether an instruction that was lowered switches a task on or off.
     pub(super) switches: bool,
@@ -189,7 +189,10 @@ impl<'a> Lowering<'a> {
             )
         } else {
             (
-                format!("{} takes {branches} branches, but {open} are open before it", item.name),
+                format!(
+                    "{} takes {branches} branches, but the number of open branches before it is {open}",
+                    item.name
+                ),
                 "connect branches with AND LD or OR LD; KEEP, CNT and TTIM take two branches, CNTR and SFT three",
             )
         };
@@ -409,7 +412,12 @@ impl<'a> Lowering<'a> {
         };
         if iterations > most {
             let help = "write a number from 0 to 65535";
-            self.builder.fault(item, Code::LoopCount, "the count is too large", help);
+            self.builder.fault(
+                item,
+                Code::LoopCount,
+                "the number of iterations is above 65535",
+                help,
+            );
             return Step::Nothing;
         }
         // `count` would be read as a signed number, so the constant is given only as `least` and `most`.
@@ -453,8 +461,8 @@ impl<'a> Lowering<'a> {
                     self.builder.fault(
                         item,
                         Code::NotModelled,
-                        "scanbound does not support interrupt tasks as extra cyclic tasks, which this instruction switches on or off",
-                        "define the task as a cyclic task in the project",
+                        "this instruction switches an extra cyclic task (task 8000 and up) on or off, or a task whose number is not a constant: scanbound does not support this",
+                        "define the task as a cyclic task in the project, and write its number as a constant",
                     );
                 }
             }

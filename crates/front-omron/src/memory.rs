@@ -41,7 +41,7 @@ const fn other(
     AreaDefinition { name, letters, size, role }
 }
 
-/// C series: IR, SR, HR, AR, LR, DM; timers and counters share numbers.
+/// The areas of the C series: IR and SR (one area), HR, AR, LR, DM, EM; timers and counters share numbers.
 const C_AREAS: [AreaDefinition; 10] = [
     words("IR", &["", "IR", "SR", "CIO"], 512),
     words("HR", &["HR", "H"], 100),
@@ -77,7 +77,7 @@ const CS_AREAS: [AreaDefinition; 15] = [
 
 /// The number of banks of the E area.
 const BANKS: u32 = 25;
-/// The number of words of a bank.
+/// The number of words of a bank of the E area.
 const BANK: u32 = 32_768;
 
 /// The memory map of a family. An area's id is its index in the family's list of areas; the banks of E follow.
@@ -408,13 +408,14 @@ impl Memory {
         }
     }
 
-    /// The completion flags of all timers.
+    /// The completion flags of all timers; on the C series also those of counters, which are in the same area.
     pub(super) fn timers(self) -> impl Iterator<Item = Cell> {
         let area = AreaId(self.timing_areas()[0].0);
         (0..self.size(area)).map(move |index| Cell { area, index })
     }
 
-    /// The words for parameters and results of a macro: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and 196 to 199.
+    /// The words for parameters and results of a macro. C series: 232 to 239 and 290 to 297, on the CQM1 96 to 99 and
+    /// 196 to 199, all of which are returned. CS, CJ and CP: A600 to A607.
     pub(super) fn parameters(self) -> Vec<(Cell, u32)> {
         match self.family {
             Family::C => [(232, 8), (290, 8), (96, 4), (196, 4)]

@@ -52,7 +52,7 @@ pub(super) enum Expected {
     Word,
     /// A bit. In a plain number, the last two digits are the bit: `00305` is bit 5 of word 3.
     Bit,
-    /// A plain number, such as a timer number.
+    /// A plain number, such as that of a jump or a subroutine.
     Number,
     /// A timer or counter number. A number without letters belongs to the area that has these letters.
     Completion(&'static str),
@@ -296,7 +296,7 @@ impl Reader<'_> {
 }
 
 /// The index register that an operand increments or decrements: `,IR0+`, `,IR0++`, `,-IR0`, `,--IR0`. `None` if it does
-/// neither.
+/// neither, and on the C series.
 pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     let (_, register) = text.split_once(',')?;
     let plain = register.trim().trim_matches(['+', '-']);
@@ -304,8 +304,8 @@ pub(super) fn moved_register(text: &str, memory: Memory) -> Option<Cell> {
     (plain != register.trim()).then(|| memory.index_register(number)).flatten()
 }
 
-/// The element with number `index` of an array that begins at `base`. If the index is not a number, it may be any
-/// element.
+/// The element with number `index` of an array that begins at `base`. If the index is not a number, the result stands
+/// for any element.
 fn element(base: Operand, symbol: &Symbol, index: &str, memory: Memory) -> Operand {
     let kind = symbol.kind.to_ascii_uppercase();
     let size = match kind.split('[').next().unwrap_or_default().trim() {

@@ -114,8 +114,9 @@ fn missing_ends(files: &[RawFile], joined: bool) -> Vec<Diagnostic> {
     warnings.collect()
 }
 
-/// The instructions with their addresses. On the C series each occupies one. In other lists the numbers may be rung
-/// numbers: if several instructions have the same one, the list is not checked.
+/// The instructions with their addresses. With `by_one` (C series), each instruction occupies one address. In other
+/// lists the numbers may be rung numbers: if two successive instructions have the same number, the numbers are not
+/// checked.
 fn numbered(
     instructions: &[RawInstruction],
     by_one: bool,

@@ -106,7 +106,7 @@ pub(super) fn resolve<'a>(
         at(
             Code::Operands,
             format!(
-                "{upper} takes {} operands, but it has {}",
+                "{upper} takes {} operands, but the line has {}",
                 counts.join(" or "),
                 raw.operands.len()
             ),
@@ -151,14 +151,16 @@ fn check_number(
     }
     let own = rows.iter().find_map(|row| row.extra.number);
     let is = |name: &str, own: Option<u16>| match own {
-        Some(own) => format!("{name} is {own}"),
+        Some(own) => format!("that of {name} is {own}"),
         None => format!("{name} has no function number"),
     };
     let message = match other {
         Some(other) => {
             format!("function number {} belongs to {other}, but {}", number.value, is(name, own))
         }
-        None => format!("{}, not {}", is(name, own), number.value),
+        None => {
+            format!("the line gives the function number {}, but {}", number.value, is(name, own))
+        }
     };
     let file = faults.file().to_owned();
     let help = "correct the name or the function number, so that they agree";

@@ -116,7 +116,7 @@ pub struct RawProgram {
     pub instructions: Vec<RawInstruction>,
 }
 
-/// One file with its programs, in the order in which they run.
+/// One file with its programs, in source order.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RawFile {
     /// The file's name as the user gave it.

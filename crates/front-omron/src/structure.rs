@@ -29,7 +29,7 @@ pub(super) struct Structure {
     pub(super) end: Option<usize>,
     /// The subroutines in source order.
     pub(super) routines: Vec<Routine>,
-    /// The target of each jump, BREAK and FOR: a JME or NEXT.
+    /// For each jump, BREAK and FOR, by the index of its item: the index of the JME or NEXT item to which it leads.
     pub(super) targets: BTreeMap<usize, usize>,
     /// For each item, whether it never runs because it is after END and not in a subroutine.
     pub(super) dead: Vec<bool>,
@@ -43,9 +43,12 @@ pub(super) struct Structure {
 /// The subroutine, the loops and the interlock in which an item is.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Site {
+    /// The index of the subroutine's SBN item plus 1; 0 outside of subroutines.
     routine: usize,
-    /// The innermost open interlock. Only this one is stored, because there may be thousands.
+    /// The innermost open interlock. Only this one is stored, because there may be thousands. `None` outside of
+    /// interlocks.
     interlock: Option<usize>,
+    /// The indices of the FOR items of the open loops, outermost first.
     loops: Vec<usize>,
 }
 
@@ -323,8 +326,8 @@ fn jumps(
                 )
             } else {
                 (
-                    "no JME with the number of this jump comes after it",
-                    "add the JME, or correct the number",
+                    "no JME with the number of this jump comes after it in the same subroutine or main program",
+                    "add the JME there, or correct the number",
                 )
             };
             fault(item, Code::Jump, message.to_owned(), help, faults);
@@ -334,8 +337,8 @@ fn jumps(
             fault(
                 item,
                 Code::Jump,
-                "JMP and JME are not both inside or both outside of the interlock".to_owned(),
-                "put JMP and JME both inside or both outside of IL and ILC",
+                "this jump leads into or out of an interlock (IL to ILC)".to_owned(),
+                "put the jump and its JME inside the same interlock, or both outside of interlocks",
                 faults,
             );
         }
@@ -344,7 +347,7 @@ fn jumps(
                 item,
                 Code::Jump,
                 "this jump leads into a loop between FOR and NEXT".to_owned(),
-                "put JMP and JME both inside or both outside of FOR and NEXT",
+                "put the jump and its JME inside the same loop, or both outside of loops",
                 faults,
             );
         }

@@ -39,7 +39,7 @@ struct Setting {
     /// The condition under which the set value is not valid BCD. The instruction may then be an error and leave the
     /// flag unchanged.
     wrong: Logic,
-    /// The condition `wrong`, or that the set value is 0. The flag then does not depend on elapsed time.
+    /// The condition under which the set value is 0 or not valid BCD. The flag then does not depend on elapsed time.
     odd: Logic,
 }
 
@@ -91,8 +91,8 @@ impl Setting {
         }
     }
 
-    /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value is not
-    /// longer than one scan.
+    /// Whether a running timer has timed out. In the scan in which it starts it has not, unless its set value may be
+    /// shorter than one scan.
     fn elapsed(&self, builder: &mut OmronBuilder, item: &Item<'_>, flag: Cell) -> Logic {
         let (Some(unit), Some(setting)) = (time_base(item), self.source) else {
             return self.has_elapsed(builder);
@@ -350,7 +350,8 @@ impl Inputs {
         Inputs(branches.iter().map(|&branch| (branch, builder.edge_memory())).collect())
     }
 
-    /// The branches of an instruction that counts with this counter.
+    /// The branches of an instruction that counts the counter with the completion flag `flag`. Records their hidden
+    /// bits for this counter.
     fn of_counter(builder: &mut OmronBuilder, flag: Cell, branches: &[u32]) -> Inputs {
         let inputs = Inputs::of(builder, branches);
         let memories = inputs.0.iter().filter_map(|(_, memory)| *memory).collect();
@@ -358,7 +359,7 @@ impl Inputs {
         inputs
     }
 
-    /// Whether the condition is true and this branch, which is on, was off at the last execution.
+    /// Whether the condition is true, and this branch was off at the last execution. Used while the branch is on.
     fn rises(&self, builder: &mut OmronBuilder, branch: u32) -> Logic {
         let memory = self.0.iter().find_map(|(one, memory)| memory.filter(|_| *one == branch));
         let rises = match memory {

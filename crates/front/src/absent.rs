@@ -37,7 +37,8 @@ pub fn faults(facts: &Facts, region: impl Fn(&str) -> Option<Vec<Region>>) -> Ve
         wrong.map(move |text| (call, text)).collect::<Vec<_>>()
     });
     let fault = |(call, text): (&StatedCall, &String)| {
-        let message = format!("'{text}' is not a device or a device range");
+        let message =
+            format!("'{text}' in the writes of {} is not a device or a device range", call.name);
         let help =
             "write \"D500\" or \"D100-D199\": devices as in the program, the lowest number first";
         facts.fault(["calls", &call.name], Part::Value, Code::Fact, message, help)

@@ -144,8 +144,8 @@ impl Builder {
         choice
     }
 
-    /// A new choice for the ticks (of length `unit`) that one scan may take, as a word. Each timer has its own choice,
-    /// so that timers do not depend on each other. For `goes_on`, see [`ChoiceKind::ScanTicks`].
+    /// A new choice for the number of ticks, each of length `unit`, that pass in one scan, as a word. Each timer has
+    /// its own choice, so that timers do not depend on each other. For `goes_on`, see [`ChoiceKind::ScanTicks`].
     pub fn scan_ticks(&mut self, unit: Picos, is_decimal: bool, goes_on: bool) -> ChoiceId {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::ScanTicks { unit, is_decimal, goes_on });

@@ -52,7 +52,7 @@ const COMMENT: char = '#';
 pub trait Vocabulary: Debug + Clone + PartialEq + 'static {
     /// The roles of operands that only this dialect has.
     type Role: Debug + Copy + PartialEq;
-    /// The effects of instructions, by the keywords of the `meaning` column.
+    /// What an instruction does: a value for each keyword of the column `meaning`.
     type Meaning: Debug + Copy + PartialEq;
     /// The values of the columns that only this dialect has.
     type Extra: Debug + Clone + PartialEq;
@@ -207,7 +207,8 @@ pub struct Row<V: Vocabulary> {
     /// The index (from 0) of the operand that holds the number of units. `None` if no operand does: the time does not
     /// depend on units, or [`Row::most_units`] limits them.
     pub units: Option<usize>,
-    /// The number of units for each item that this operand counts: 2 if it counts double words.
+    /// The number of units for each item that the operand [`Row::units`] counts: 2 if it counts double words and a unit
+    /// is a word.
     pub unit_size: u64,
     /// The largest number of units, for an instruction without a counting operand. `None` if the catalog gives no such
     /// limit.
@@ -353,7 +354,7 @@ fn units(text: &str) -> Option<Counting> {
     Some(Counting { operand: Some(number(operand)?), size: size.parse().ok()?, ..none })
 }
 
-/// An operand number of a catalog, which begins at 1, as an index from 0.
+/// An operand number of a catalog, which begins at 1, as an index from 0. `None` if the text is not such a number.
 fn number(text: &str) -> Option<usize> {
     text.parse::<usize>().ok()?.checked_sub(1)
 }

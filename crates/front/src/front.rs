@@ -60,8 +60,8 @@ pub trait Front: Sync {
         None
     }
 
-    /// Reads programs in one dialect, in the given order, and the files with device comments. These may belong to
-    /// another front.
+    /// Reads programs in one dialect, in the given order, and files with device comments. A file with device comments
+    /// may belong to another front.
     ///
     /// # Errors
     /// All errors of all files.
@@ -112,7 +112,7 @@ impl dyn Project {
     }
 }
 
-/// Which properties of a PLC the user may state. Where one is false, the front knows the property.
+/// Which properties of a PLC the user may state. A field is false if the front knows the property, or does not need it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MachineOptions {
     /// Whether the user may state the clock: for PLCs that execute one program word in each clock period.
@@ -146,7 +146,7 @@ pub struct Options<'a> {
     /// Whether an HMI or a second PLC may write the program's variables between scans.
     pub others_write: bool,
     /// The time budget. If it is over before the source is lowered, there is no program and therefore no bound: that is
-    /// an error ([`stopped`]).
+    /// an error ([`stopped`]). `None`: no limit.
     pub budget: Option<&'a Budget<'a>>,
 }
 
@@ -175,9 +175,9 @@ pub fn stopped(reason: StopReason, file: &str) -> Diagnostic {
     let message = format!("{reason} ended the audit before the program was read");
     let help = match reason {
         StopReason::TimeLimit(_) => {
-            "give it more time (--time-limit): there is no bound before all of it is read"
+            "give the audit more time (--time-limit): there is no bound before the whole program is read"
         }
-        StopReason::Cancelled => "there is no bound before all of it is read",
+        StopReason::Cancelled => "there is no bound before the whole program is read",
     };
     Diagnostic::file(Code::Stopped, file, message, help)
 }

@@ -100,7 +100,7 @@ impl Caret<'_> {
     }
 
     /// The index of the word that contains `part` (0 is the mnemonic), and the byte range in this word. If several
-    /// words are equal to `part`, the first operand among them.
+    /// words are equal to `part`, the first operand among them. `None` if no word contains it or is equal to it.
     fn word(&self, part: &str) -> Option<(usize, Range<usize>)> {
         let words =
             || std::iter::once(self.mnemonic).chain(self.operands.iter().map(String::as_str));
@@ -160,8 +160,7 @@ impl Caret<'_> {
     }
 }
 
-/// The length of the word at the beginning of `text`. The file may have more or fewer blanks within the word than
-/// `word`.
+/// The length in bytes of `word` at the beginning of `text`, which may have more or fewer blanks within the word.
 fn extent(text: &str, word: &str) -> usize {
     let mut rest = text.char_indices();
     let mut end = 0;

@@ -91,7 +91,7 @@ impl Fronts {
                 Code::TwoDialects,
                 &input.name,
                 format!(
-                    "this could be {}",
+                    "the dialect of this file is not clear: it may be {}",
                     found.iter().map(|one| one.name).collect::<Vec<_>>().join(" or ")
                 ),
                 "state the dialect with --dialect",
@@ -227,7 +227,10 @@ impl Fronts {
             Some(first) if 2 * wrong.len() < lines && !wrong.contains(&1) => first,
             Some(first) => Diagnostic {
                 code: Code::OtherDialect,
-                message: format!("{message}: {}", first.message),
+                message: format!(
+                    "{message}; as {}, this line has an error: {}",
+                    named.name, first.message
+                ),
                 help: help.to_owned(),
                 ..first
             },

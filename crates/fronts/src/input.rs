@@ -17,7 +17,8 @@ pub use ignore::Ignore;
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{BEGINNING, FileKind, Input};
 
-/// The largest file size in bytes. The largest programs have a million steps, about a third of this.
+/// The largest size of a program or a file with device comments, in bytes. The largest programs have a million steps,
+/// about a third of this size.
 const LARGEST: u64 = 256 << 20;
 /// The path that means standard input.
 pub const STDIN: &str = "-";
@@ -79,10 +80,10 @@ pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     Gathered { inputs, warnings: found }
 }
 
-/// Reads one program or file of measurements of at most 4 GiB, or standard input.
+/// Reads one program or one file of measurements, or standard input.
 ///
 /// # Errors
-/// The file cannot be read.
+/// The file cannot be read, or is larger than 4 GiB.
 pub fn read_one(path: &Path) -> io::Result<Input> {
     Ok(Input { name: name(path), bytes: whole(path, MAX_MEASUREMENT_FILE)? })
 }
@@ -245,7 +246,7 @@ impl Gathering<'_> {
                     Code::NameOrder,
                     &name(directory),
                     format!(
-                        "assumed: the programs run in the order of their file names: {}",
+                        "the bound assumes that the programs run in the order of their file names: {}",
                         in_short(programs)
                     ),
                     "if the PLC runs the programs in a different order, give the files in that order",

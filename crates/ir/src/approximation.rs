@@ -86,7 +86,7 @@ impl fmt::Display for Approximated {
             Approximated::UnknownCount { word, most, can_be_stated } => {
                 write!(
                     f,
-                    "the number of iterations or units in {word} is unknown: {most} is assumed"
+                    "the number of iterations or units, from {word}, is unknown: the largest possible number, {most}, is assumed"
                 )?;
                 if *can_be_stated { "; state its range to lower the bound" } else { "" }
             }
@@ -156,7 +156,7 @@ mod tests {
         };
         assert_eq!(
             count(false),
-            "the number of iterations or units in D5 is unknown: 9 is assumed"
+            "the number of iterations or units, from D5, is unknown: the largest possible number, 9, is assumed"
         );
         assert_eq!(count(true), count(false) + "; state its range to lower the bound");
     }

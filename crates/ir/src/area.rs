@@ -41,7 +41,7 @@ pub enum Role {
 pub struct Area {
     /// The letters before the index, as users write them.
     pub name: String,
-    /// Other letters that timing tables may use for the same cells.
+    /// Other letters that timing tables may use for the cells of the area.
     pub aliases: &'static [&'static str],
     /// What the area's cells are used for: memory, inputs or outputs.
     pub role: Role,
@@ -70,7 +70,7 @@ pub struct Device {
 /// An operand that names a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Operand {
-    /// The byte offset in the instruction's text at which it begins.
+    /// The byte offset in the instruction's text at which the operand begins.
     pub start: u32,
     /// The byte offset in the instruction's text at which the operand ends.
     pub end: u32,

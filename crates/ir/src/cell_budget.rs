@@ -10,8 +10,8 @@ use super::{ChoiceId, Effect, Region, Write};
 const MAX_CELLS: usize = 2_000_000;
 /// The effects of an instruction with at most this many cells are neither counted nor replaced.
 const FEW: usize = 16;
-/// Counted as this many cells: each operation, besides its operands; each operand or result whose address is computed;
-/// each operand that is a Boolean expression.
+/// The number of cells as which each of these counts: an operation, besides its operands; an operand or result whose
+/// address is computed; an operand that is a Boolean expression.
 const KNOWN: usize = 12;
 
 /// The number of cells that a program has listed so far.
@@ -28,8 +28,9 @@ impl CellBudget {
         cells <= FEW || self.cells + cells <= MAX_CELLS
     }
 
-    /// Counts the cells of an instruction's effects if they fit within the limit. Otherwise replaces the effects by
-    /// havocs of everything that they write, with new choices from `choice`. Returns whether they fit.
+    /// Adds the cells of an instruction's effects to those listed so far, if they fit within the limit. Effects on few
+    /// cells are not counted. If they do not fit, replaces the effects by havocs of everything that they write, with
+    /// new choices from `choice`. Returns whether they fit.
     pub fn effects(
         &mut self,
         effects: &mut Vec<Effect>,
@@ -70,7 +71,7 @@ impl CellBudget {
         false
     }
 
-    /// Counts the cells of an operation if they fit within the limit. Returns whether they fit.
+    /// Adds the cells of an operation to those listed so far, if they fit within the limit. Returns whether they fit.
     pub fn meaning(&mut self, meaning: &Meaning) -> bool {
         let inputs = meaning.inputs.iter().map(|input| match input {
             OperationInput::Words(words) => words.len(),

@@ -12,7 +12,7 @@ pub struct IndexedWrite {
     pub indices: Vec<Vec<WordSource>>,
     /// The number of cells that are written.
     pub length: Length,
-    /// The least and the largest index that the user stated.
+    /// The least and the largest index that the user stated. `None` if none is stated.
     pub stated: Option<(i64, i64)>,
     /// The ranges of cells (first and last index in the area) that `passes::values` proved the write to stay in; empty
     /// if it proved none.

@@ -248,7 +248,8 @@ impl Drawer {
         self.stack.push(Result { from: None, conditions });
     }
 
-    /// Ends the path of the current result, so that it can branch there, and returns the path's index.
+    /// Ends the path of the current result, so that it can branch there, and returns the path's index. `None` if the
+    /// branch is at the left rail.
     fn branch_here(&mut self) -> Option<usize> {
         let top = self.stack.last_mut()?;
         if !top.conditions.is_empty() {

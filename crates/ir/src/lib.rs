@@ -174,8 +174,8 @@ pub enum Step {
     },
     /// Returns from a called routine, or ends the interrupt routine.
     Return,
-    /// Ends the main routine that is running, even from a routine that it called. In an interrupt routine, ends that
-    /// run.
+    /// Ends the main routine that is running, even from a routine that it called. In an interrupt routine, ends the run
+    /// of this routine.
     End,
     /// If the instruction fires, the scan ends: the interrupt routines still run, but nothing else in any file. In an
     /// interrupt routine, ends only that run.
@@ -192,8 +192,9 @@ pub enum Step {
         /// `true` if the loop certainly never ends; `false` if only the number of its iterations is unknown.
         certain: bool,
     },
-    /// Executes the instructions up to its `ForEnd` as often as the count says: a signed number, read once, and limited
-    /// to `least..=most`. `ForBegin` itself is reached once, its `ForEnd` once for each iteration.
+    /// Executes the instructions up to its `ForEnd` as often as the count says. The count is read once, as a signed
+    /// number (unsigned for [`ChoiceKind::UnsignedIterations`]), and limited to `least..=most`. `ForBegin` itself is
+    /// reached once, its `ForEnd` once for each iteration.
     ForBegin {
         /// The word that holds the number of iterations.
         count: WordSource,
@@ -420,9 +421,10 @@ pub struct Program {
     pub tags: Tags,
     /// The comments of devices.
     pub comments: BTreeMap<Device, String>,
-    /// For a machine that executes one word at each clock: the number of words in each scan.
+    /// For a machine that executes one word at each clock: the number of words in each scan. `None` for other machines.
     pub words_per_scan: Option<u64>,
-    /// The shortest timer, if the analysis assumes that a timer does not time out in the scan that starts it.
+    /// The shortest set value of a timer, if the analysis assumes that a timer does not time out in the scan that
+    /// starts it. Otherwise `None`.
     pub shortest_timer: Option<Picos>,
     /// Whether reports show a scan as a path from place to place, as for flowcharts and charts.
     pub shows_path: bool,
@@ -435,7 +437,8 @@ pub struct Program {
     pub external: Vec<Region>,
     /// Cells that only the program writes, as the user states. Cells that are also in `external` are not included.
     pub internal: Vec<Region>,
-    /// The first instruction that accesses a network station directly, an index into `instructions`.
+    /// The first instruction that accesses a network station directly, an index into `instructions`. `None` if there is
+    /// none.
     pub first_direct_access: Option<usize>,
     /// Ranges that the user stated.
     pub stated_ranges: Vec<StartRange>,

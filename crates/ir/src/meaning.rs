@@ -165,9 +165,9 @@ pub enum IntegerFormat {
 pub struct AddressRange {
     /// The address of the first cell.
     pub from: i64,
-    /// The number of cells.
+    /// The number of successive cells with successive addresses.
     pub count: u32,
-    /// The first cell.
+    /// The cell at the address `from`.
     pub first: Cell,
 }
 
@@ -176,13 +176,13 @@ pub struct AddressRange {
 pub enum Count {
     /// A constant number of words.
     Exactly(u32),
-    /// The value of the term; unknown if the value is outside these limits.
+    /// The value of the term. The number is unknown if the value is not from `least` to `most`.
     Of {
         /// The term whose value is the number of words.
         term: Term,
-        /// The smallest number of words.
+        /// The smallest possible value of the term.
         least: u32,
-        /// The largest number of words.
+        /// The largest possible value of the term.
         most: u32,
     },
     /// Up to and including the first word that contains a zero byte (the low byte comes first), and at most this many.
@@ -200,13 +200,14 @@ pub enum Operation {
     Copy,
     /// Applies a function to the number in the first input. One result.
     Each(Unary),
-    /// Rotates the bits of the first input, taken as one number, by the first word of the second input. With a third
-    /// input, the carry, the rotation goes through the carry bit. Results: the number; the carry, that is the last bit
-    /// rotated out (unchanged for 0 places). Unknown if the places exceed the number of bits.
+    /// Rotates the bits of the first input, taken as one number, by the first word of the second input. The carry is
+    /// bit 0 of the third input. Results: the number; the carry, which is the last bit rotated out (for 0 places the
+    /// old carry). Unknown if the places exceed the number of bits, or if `through` is true and the third input is
+    /// missing.
     Rotate {
         /// Rotates towards the most significant bit (`true`), or towards the least significant one.
         left: bool,
-        /// Whether the carry is part of the rotation.
+        /// Whether the bits rotate through the carry: it is then one more bit of the rotated number.
         through: bool,
     },
     /// Shifts the bits of the first input by the number of places in the first word of the second input. Zeros come in,
@@ -286,7 +287,8 @@ pub enum Operation {
     Zone,
     /// The first input as a signed number in this many words. Unknown if the number does not fit.
     Resize(u8),
-    /// The words of the first input, repeated as often as the first word of the second input says (1 to 32767).
+    /// The words of the first input, repeated as often as the first word of the second input says. Unknown if that is
+    /// not 1 to 32767.
     Repeat,
     /// The sum of the signed numbers in the first input, each of this many words. The result has twice as many words.
     Total(u8),
@@ -294,7 +296,7 @@ pub enum Operation {
     /// not an integer, or if there are no numbers.
     Mean(u8),
     /// The maximum or minimum of the signed numbers in the first input. One result: the value, the position (from 1) of
-    /// its first occurrence, the number of occurrences.
+    /// its first occurrence, the number of occurrences. Unknown if there are no numbers.
     Extreme {
         /// The number of words of each number in the list.
         words: u8,

@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 /// A set of cells, built from regions.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RegionSet {
-    /// Whether it contains every cell of every area.
+    /// Whether the set contains every cell of every area.
     everything: bool,
-    /// The areas that it contains whole.
+    /// The areas that the set contains whole.
     areas: BTreeSet<AreaId>,
     /// Ranges in ascending order, none of which overlaps or touches the next one.
     ranges: Vec<(Cell, u32)>,
@@ -58,6 +58,7 @@ impl RegionSet {
     }
 
     /// The last range that begins before this cell, in the order of areas and indices: it may be in an earlier area.
+    /// `None` if there is none.
     fn last_before(&self, cell: Cell) -> Option<(Cell, u32)> {
         let behind = self.ranges.partition_point(|&(first, _)| first < cell);
         self.ranges[..behind].last().copied()

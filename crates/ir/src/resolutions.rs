@@ -19,7 +19,7 @@ pub struct Resolutions {
     /// By call context and choice: how the choice was resolved.
     choices: BTreeMap<Vec<Frame>, BTreeMap<ChoiceId, Resolution>>,
     /// For each call context: the instructions whose number of units the analysis read, although
-    /// [`super::Counted::is_read`] is false there.
+    /// [`super::Counted::is_read`] is false in the context.
     counted: BTreeMap<Vec<Frame>, BTreeSet<usize>>,
 }
 

@@ -19,8 +19,9 @@ pub struct ScanControl {
     pub constant: BTreeMap<usize, Setting>,
     /// Instructions that switch the constant scan on or off.
     pub switches: BTreeMap<usize, Switch>,
-    /// Instructions that write these devices only if an index register holds a value that the program does not write to
-    /// it: how they then change the relay, `None` for instructions that write words.
+    /// Instructions that write one of `devices` only if an index register holds a value that the program does not write
+    /// to it. `Some`: how such an instruction then changes the relay that enables the constant scan. `None`: the
+    /// instruction writes words, so it may set either time.
     pub by_index: BTreeMap<usize, Option<Switch>>,
     /// Three devices: the register of the watchdog time, the register of the constant scan time, and the relay that
     /// enables the constant scan. Empty if the CPU has none.
@@ -45,7 +46,7 @@ pub enum Setting {
 }
 
 impl Setting {
-    /// The smallest and the largest time to which it may be set. `None` if unknown.
+    /// The smallest and the largest time that the instruction may set. `None` if unknown.
     #[must_use]
     pub fn range(&self) -> Option<(Picos, Picos)> {
         match self {

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 pub struct StartRange {
     /// The one or two cells, low word first.
     pub cells: Vec<Cell>,
-    /// The least value, signed.
+    /// The least value of the word, or of the number in both words, signed.
     pub low: i64,
-    /// The largest value, signed.
+    /// The largest value of the word, or of the number in both words, signed.
     pub high: i64,
     /// The only values that the word may have, if it cannot have all values from `low` to `high`; otherwise empty.
     pub values: Vec<u16>,
@@ -39,9 +39,9 @@ impl StartRange {
 pub struct TrustedRange {
     /// The word whose range is trusted.
     pub cell: Cell,
-    /// The least value, signed.
+    /// The least value of the word, signed.
     pub low: i64,
-    /// The largest value, signed.
+    /// The largest value of the word, signed.
     pub high: i64,
     /// The only values that the word may have, as in [`StartRange::values`].
     pub values: Vec<u16>,
@@ -118,9 +118,10 @@ pub struct PowerUp {
     /// Bits that are on in the first scan and off in all others.
     pub first_scan: Vec<Cell>,
     /// A bit that is on only in a scan before which all non-latched memory was cleared. If a CPU keeps its memory
-    /// between STOP and RUN, the first-scan bit does not guarantee this.
+    /// between STOP and RUN, the first-scan bit does not guarantee this. `None` if there is no such bit.
     pub after_clear: Option<BitTarget>,
-    /// The word of the bit with which the program keeps memory across a change to RUN (IOM Hold Bit).
+    /// The word of the bit with which the program keeps memory across a change to RUN (IOM Hold Bit). `None` if the PLC
+    /// has no such bit.
     pub memory_hold_word: Option<Cell>,
 }
 

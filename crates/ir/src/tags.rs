@@ -182,7 +182,8 @@ impl Tags {
     }
 }
 
-/// The name of the cell at this offset within a value of type `of`, whose own name is `name`.
+/// The name of the cell at this offset within a value of type `of`, whose own name is `name`. `None` if the value has
+/// no such cell.
 fn cell_name(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
     match of {
         Type::Bit | Type::Words(_) if offset == 0 => Some(name),

@@ -6,7 +6,7 @@ use scanbound_base::time::Picos;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// The type of a timer or counter. The duration is the unit of its set value.
+/// The type of a timer or counter. The duration in a type of timer is the unit of the timer's set value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimerKind {
     /// A timer that counts down from its set value and times out at 0. While its condition is off, its present value is
@@ -78,7 +78,7 @@ pub struct Expiry {
     /// By how many units the timer may time out early or late, because its clock ticks only once in so many units.
     pub tick: u64,
     /// The cell with the previous present value, for timers whose behaviour is undefined for set values below 1 or
-    /// values at the set value.
+    /// values at the set value. `None` for other timers.
     pub previous: Option<Cell>,
     /// The completion flag, if it stays on as long as the timer runs.
     pub flag: Option<Cell>,
@@ -123,8 +123,8 @@ impl Expiry {
 pub struct Timekeeping {
     /// Timers and counters by their instruction, an index into `Program::instructions`.
     pub instructions: BTreeMap<usize, TimerOrCounter>,
-    /// Choices for timers that time out between two instructions. A run that simulates time has no such change: it uses
-    /// the present value in the cell given here, or 0 if none is given.
+    /// Choices for timers that time out between two instructions. In a run that simulates time, no timer times out
+    /// there: the choice has the present value in the cell given here, or 0 if none is given.
     pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
     /// Choices that say whether a timer has timed out.
     pub expiries: BTreeMap<ChoiceId, Expiry>,

@@ -62,7 +62,7 @@ pub enum WordSource {
 /// Where an instruction writes one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitTarget {
-    /// The value of a bit cell.
+    /// A bit cell.
     Cell(Cell),
     /// A bit of a word cell; the other bits keep their values.
     WordBit(Cell, u8),
@@ -228,9 +228,9 @@ impl Logic {
 pub enum Region {
     /// `count` cells from `first` on.
     Range {
-        /// The first cell.
+        /// The first cell of the range.
         first: Cell,
-        /// The number of cells.
+        /// The number of cells of the range.
         count: u32,
     },
     /// A whole area.

@@ -135,16 +135,16 @@ fn opened(frame: &[u8]) -> Result<(&str, &str), Wrong> {
 #[must_use]
 pub fn meaning(code: u8) -> &'static str {
     match code {
-        0x01 => "not in RUN",
-        0x02 => "not in MONITOR",
+        0x01 => "the command is not allowed in RUN mode",
+        0x02 => "the command is not allowed in MONITOR mode",
         0x04 => "the address lies beyond the end of the program",
-        0x0B => "not in PROGRAM",
+        0x0B => "the command is not allowed in PROGRAM mode",
         0x13 => "the check sum of the request is wrong",
         0x14 => "the request is not well-formed",
         0x15 => "the words lie beyond the end of their area",
         0x16 => "the unit does not know this command, or the timer or counter does not exist",
         0x18 => "the frame is too long",
-        0x19 => "it cannot be done",
+        0x19 => "the unit cannot execute the command",
         0x21 => "the CPU has an error",
         0x23 => "the program is protected from being read",
         0xA3 | 0xA4 | 0xA5 | 0xA8 => "the request was disturbed on its way",

@@ -135,7 +135,7 @@ impl<'a> Table<'a> {
             if row.iter().skip(columns).all(str::is_empty) {
                 return Ok((line, row));
             }
-            let message = format!("this row has {} cells, the heading has {columns}", row.len());
+            let message = format!("this row has {} cells, but the first row has {columns}", row.len());
             let help = "a number with a comma needs another separator between cells (; or tabs) or quotation marks";
             let mut faults = Faults::new(self.name);
             faults.error_in_line(Code::Capture, line, &joined(&row), &message, help);
@@ -210,7 +210,8 @@ impl<'a> Table<'a> {
                 Some(value) if selection.pulses || value > 0 => values.push(value),
                 read => {
                     let what = if read.is_some() { "not a scan time" } else { "not a number" };
-                    let help = "each row holds a decimal number, larger than 0";
+                    let help =
+                        "each row must hold a decimal number, and a scan time must be above 0";
                     faults.error_in_line(
                         Code::Capture,
                         line,
@@ -241,7 +242,9 @@ impl<'a> Table<'a> {
             Some(_) => {
                 Err(vec![fault(self.name, "the file has no rows", "capture some scans first")])
             }
-            None => Err(vec![fault(self.name, "a scan time is too large", "is the unit right?")]),
+            None => {
+                Err(vec![fault(self.name, "a scan time is too large", "check the unit (--unit)")])
+            }
         }
     }
 
@@ -327,10 +330,10 @@ impl<'a> Table<'a> {
         match found[..] {
             [column] => Ok(column),
             _ => {
-                let message = if found.is_empty() {
-                    "no column is recognised as scan times"
-                } else {
-                    "several columns may hold scan times"
+                let what = if pulses { "time stamps" } else { "scan times" };
+                let message = match found.is_empty() {
+                    true => format!("the name of no column shows that it holds {what}"),
+                    false => format!("several columns may hold {what}"),
                 };
                 let help = format!(
                     "name the column with --column (and --pulses if it contains time stamps), or a captured signal with --signal; the columns are {}",

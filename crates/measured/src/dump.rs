@@ -48,7 +48,7 @@ pub(super) fn read(
     };
     let is_real = signals.0.iter().any(|one| one.code == code && one.real);
     if is_real && selection.threshold.is_none() {
-        let help = "say with --threshold where it changes, such as --threshold 2.5 or 0.8..2.0";
+        let help = "give the switching level with --threshold, such as --threshold 2.5 or 0.8..2.0";
         return Err(vec![fault(name, format!("the signal '{signal}' is analog"), help)]);
     }
     let mut edges = Edges::new(selection.edge);

@@ -75,14 +75,14 @@ fn commas_are_understood_or_refused_but_never_cut_off() {
     let cut = "scan_us\n8448\n8,448\n";
     assert_eq!(
         times(cut, &plain),
-        Err((Some(3), "this row has 2 cells, the heading has 1".to_owned()))
+        Err((Some(3), "this row has 2 cells, but the first row has 1".to_owned()))
     );
     for text in ["scan_us;n\n8448,5;1\n8,448;2\n", "scan_us\tn\n8448,5\t1\n8,448\t2\n"] {
         assert_eq!(times(text, &plain), Ok(vec![8448, 8]));
     }
     assert_eq!(times("scan_us;n\n8.448,5;1\n", &plain), Ok(vec![8448]));
     let open = "scan_us\n\"8,448\"\n\"9,448\"\n";
-    assert_eq!(times(open, &plain), Err((Some(2), "'8,448' can be 8448 or 8.448".to_owned())));
+    assert_eq!(times(open, &plain), Err((Some(2), "'8,448' may mean 8448 or 8.448".to_owned())));
     assert_eq!(times(open, &stated(Decimal::Point)), Ok(vec![8448, 9448]));
     assert_eq!(times(open, &stated(Decimal::Comma)), Ok(vec![8, 9]));
     assert_eq!(times("scan_us;n\n8.448;1\n", &plain).map_err(|fault| fault.0), Err(Some(2)));

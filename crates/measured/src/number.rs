@@ -101,7 +101,7 @@ impl Signs {
                     return Ok(Decimal::Point);
                 }
                 let [whole, fraction] = [cell.replace(separator, ""), cell.replace(separator, ".")];
-                Err((line, cell, format!("can be {whole} or {fraction}")))
+                Err((line, cell, format!("may mean {whole} or {fraction}")))
             }
             (None, None, None) => Ok(Decimal::Point),
         }

@@ -171,12 +171,12 @@ impl Origin<'_> {
             !gaps.contains(&(index - 1))
         });
         if measured.times.is_empty() {
-            let message = "the signal of --while was off in every interval";
+            let message = "the signal that shows when the PLC runs (--while) was off for a time in every interval";
             return Err(vec![fault(self.name, message, "capture some scans without a gap")]);
         }
         if !gaps.is_empty() {
             let message = format!(
-                "{} of {} intervals are ignored: the signal of --while was off in them",
+                "{} of {} intervals are ignored, because the signal that shows when the PLC runs (--while) was off for a time in them",
                 gaps.len(),
                 gaps.len() + measured.times.len()
             );
@@ -198,7 +198,7 @@ impl Origin<'_> {
                 _ => {
                     let message =
                         format!("time stamp {} is not later than the one before", index + 2);
-                    let help = "time stamps come in order; is this a column of scan times (leave --pulses out)?";
+                    let help = "time stamps must be in order of time; if the column holds scan times, omit --pulses";
                     return Err(vec![fault(self.name, message, help)]);
                 }
             }

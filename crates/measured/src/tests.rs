@@ -205,7 +205,10 @@ fn files_without_scan_times_are_refused_with_what_to_do() {
     );
     let missing = Selection { column: Some("cycle"), ..Selection::default() };
     assert_eq!(message("a,scan_us\n1,2\n", &missing), "there is no column 'cycle'");
-    assert_eq!(message("a,b_us\n1,2\n", &plain), "no column is recognised as scan times");
+    assert_eq!(
+        message("a,b_us\n1,2\n", &plain),
+        "the name of no column shows that it holds scan times"
+    );
     assert_eq!(message("scan_us,cycle_us\n1,2\n", &plain), "several columns may hold scan times");
     assert_eq!(message("scan_us\n1\n0\n", &plain), "'0' is not a scan time");
     assert_eq!(message("scan_us\n1\nx\n", &plain), "'x' is not a number");

@@ -138,8 +138,8 @@ impl Circuit {
         self.intern(Node::Atom(atom))
     }
 
-    /// The conjunction of `a` and `b`, simplified where constants, equal or complementary literals, or the inputs of
-    /// one gate more show the result.
+    /// The conjunction of `a` and `b`. It is simplified if constants, equal literals or complementary literals show the
+    /// result, also if they show it only together with the inputs of `a` or `b`.
     pub fn and(&mut self, a: Lit, b: Lit) -> Lit {
         if a == Lit::FALSE || b == Lit::FALSE || a == !b {
             return Lit::FALSE;

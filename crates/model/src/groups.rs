@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// constraints on which no charge depends, are in no group. Reports and exports number the groups in this order.
 ///
 /// Two charges are in one group if their guards share a variable, directly, through other guards, or through a
-/// constraint. This is the slicing of the paper: the maxima of the groups add up to the maximum of the scan.
+/// constraint. Therefore the maxima of the groups and the constant times add up to the maximum of the scan.
 #[must_use]
 pub fn groups(model: &ScanModel) -> Vec<Group> {
     let mut sets = Sets::of(model);

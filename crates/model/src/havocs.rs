@@ -218,8 +218,8 @@ impl Havocs {
         self.all[self.areas[usize::from(area.0)].indices[place] as usize].executed
     }
 
-    /// A copy in which each havoc has another literal for whether it is executed: the result of `happened` on the old
-    /// one.
+    /// A copy in which each havoc has another literal for whether it is executed: the one that `happened` returns for
+    /// the old literal.
     #[must_use]
     pub fn with_conditions(&self, mut happened: impl FnMut(Lit) -> Lit) -> Havocs {
         let mut found = Havocs::of_areas(self.areas.len());
@@ -256,7 +256,8 @@ impl<'a> ExecutedHavocs<'a> {
 pub enum Coverage {
     /// None of the havocs may write the cell.
     None,
-    /// Some of the havocs may write the cell, or none: ranges are joined over gaps.
+    /// Some of the havocs may write the cell. It is also possible that none may, because the joined range of several
+    /// havocs includes the gaps between their ranges.
     Some,
     /// All of the havocs may write the cell.
     All,

@@ -54,7 +54,8 @@ pub struct UnknownWrite {
     pub choice: ChoiceId,
     /// Whether the written cells are unknown because an index selects them.
     pub has_index: bool,
-    /// How often the symbolic execution of a scan may execute it: once for each call context and path.
+    /// The number of times that the symbolic execution of a scan may execute the write: once for each call context and
+    /// path.
     pub executions: u32,
     /// Whether, in at least one of the first executions, the index depends on no other unknown write, as far as
     /// examined.
@@ -207,8 +208,8 @@ pub struct ScanModel {
     /// In a model for upper bounds, for loops that are not followed, by the index of their instruction: the largest
     /// number of iterations that the word with their count allows, over all times that control may reach them.
     pub iterations: BTreeMap<usize, u32>,
-    /// The numbers of iterations of these loops, once for each time that control may reach them. Empty in a model
-    /// without observed results.
+    /// The numbers of iterations of loops that are not followed, one entry for each time that control may reach a loop.
+    /// Empty in a model without observed results.
     pub loop_counts: Vec<LoopCount>,
     /// Which choices the analysis replaced by computed results, by call context.
     pub resolutions: Arc<Resolutions>,
@@ -223,7 +224,7 @@ pub struct LoopCount {
     pub reached: Lit,
     /// The number of iterations as a signed number, least significant bit first.
     pub bits: [Lit; 16],
-    /// The number of iterations that the loop makes even if that number is smaller.
+    /// The number of iterations that the loop makes even if `bits` is a smaller number.
     pub least: u32,
 }
 
@@ -235,12 +236,12 @@ pub struct Group {
     pub charges: Vec<usize>,
     /// The free variables on which the charges depend, through guards or constraints, ascending.
     pub variables: Vec<VarId>,
-    /// Indices into `ScanModel::constraints` of the constraints on these variables.
+    /// Indices into `ScanModel::constraints`: the constraints on the group's variables.
     pub constraints: Vec<usize>,
 }
 
-/// Values of the variables of one group, ascending by variable; it says nothing about other variables. There may be as
-/// many groups as variables, so a full assignment for each group would take too much memory.
+/// Values of the variables of one group, ascending by variable, without values of other variables. There may be as many
+/// groups as variables, so a full assignment for each group would take too much memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GroupAssignment(pub Vec<(VarId, u16)>);
 

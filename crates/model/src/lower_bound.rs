@@ -15,14 +15,14 @@ pub enum Treatment {
     Unknown,
 }
 
-/// For a node, two literals: that it is certainly true whatever the unknown values are, and that it is certainly false.
-/// Both are false where it is not known.
+/// Two literals for one node of the old circuit: that the node is certainly true whatever the unknown values are, and
+/// that it is certainly false. Both are false in scans in which neither is certain.
 type Pair = (Lit, Lit);
 
-/// The model in which nothing depends on unknown variables (`standing` says which are unknown): each charge has a time
-/// that it has at least, whatever their values are. Scans are excluded in which a constraint is not certainly true or
-/// an error certainly occurs and, if `strict`, in which it is unknown whether control reaches a charge with a time.
-/// Variables keep their numbers; charges do not.
+/// The model in which nothing depends on unknown variables (`standing` says which are unknown): each charge has the
+/// time that it takes at least, whatever the values of these variables are. Scans are excluded in which a constraint is
+/// not certainly true or an error certainly occurs and, if `strict`, in which it is unknown whether control reaches a
+/// charge with a time. Variables keep their numbers; charges do not.
 #[must_use]
 pub fn lower_bound_model(
     model: &ScanModel,
@@ -32,8 +32,8 @@ pub fn lower_bound_model(
     lower_bound_model_with(model, standing, strict, &[]).0
 }
 
-/// As [`lower_bound_model`]. Also returns for each of these literals of `model` two literals of the new model: that it
-/// is certainly true, and that it is certainly false.
+/// As [`lower_bound_model`]. Also returns two literals of the new model for each of `literals`, which are literals of
+/// `model`: that it is certainly true, and that it is certainly false.
 #[must_use]
 pub fn lower_bound_model_with(
     model: &ScanModel,

@@ -437,8 +437,9 @@ impl RoutineGraph {
         Ok(())
     }
 
-    /// Collects how often the instructions from `from` to `to` (inclusive), and the routines that they call, run if
-    /// these run `times` times, and what they may write and where they may continue.
+    /// Collects how often the instructions from `from` to `to` (inclusive) and the routines that they call run in
+    /// total, if control passes through this range `times` times. Also collects what they may write, and where control
+    /// may continue.
     fn gather(
         &self,
         program: &Program,
@@ -610,7 +611,7 @@ fn append(program: &mut Program, of: usize, step: Step) {
     program.instructions.push(instruction);
 }
 
-/// These regions, but the whole area in place of more than [`MAX_RANGES`] ranges of it.
+/// The regions; if there are more than [`MAX_RANGES`] ranges of one area, the whole area in their place.
 fn merged(regions: BTreeSet<Region>) -> Vec<Region> {
     let mut ranges: BTreeMap<_, usize> = BTreeMap::new();
     for region in &regions {

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 /// The largest number of loops in a scan for which both cases are tried, one iteration and none.
 const MAX_LOOPS: usize = 4;
-/// After this many runs, no further reading is fixed: what depends on one is unknown, and counts with its least time.
+/// After this many runs, no further reading is fixed. What depends on a reading that is not fixed is unknown, and
+/// counts with its least time.
 const MAX_RUNS: usize = 64;
 
 /// Which of two readings of a standard the controller follows, by number
@@ -15,20 +16,22 @@ pub type Readings = BTreeMap<u32, bool>;
 /// One case: which way a run takes at each open point.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Cases {
-    /// For each loop that makes one iteration or none, in the order of execution: whether it makes one. Beyond the list
-    /// it makes none.
+    /// For each loop of which the manuals do not say whether it makes one iteration or none, in the order of execution:
+    /// whether it makes one in this case. Loops beyond the end of the list make none.
     once: Vec<bool>,
-    /// The number of such loops met so far.
+    /// The number of loops met so far of which the manuals do not say whether they make one iteration or none.
     met: usize,
-    /// Whether both cases of such loops are tried.
+    /// Whether both cases, one iteration and none, are tried of a loop of which the manuals do not say which of the two
+    /// it makes. Otherwise the run stops at the loop.
     tries_loops: bool,
     /// The readings that are fixed in this case.
     readings: Readings,
-    /// Whether all other readings are those of the standard. Otherwise they are unknown.
+    /// Whether all readings that are not in `readings` are those of the standard. Otherwise they are unknown.
     follows_standard: bool,
     /// The unknown readings that the run met, each with the instruction that reads it.
     open: Vec<(usize, u32)>,
-    /// The instruction because of which a value is unknown on which the path or a time of the run depends: the first.
+    /// The first instruction that made a value unknown on which the run's path or one of its times depends. `None` if
+    /// there was none so far.
     cause: Option<usize>,
 }
 
@@ -38,7 +41,8 @@ impl Cases {
         Cases { tries_loops: true, ..Cases::of_run(readings) }
     }
 
-    /// The case of a run of many scans with these readings, which stops at a loop that makes one iteration or none.
+    /// The case of a run of many scans with these readings. The run stops at a loop of which the manuals do not say
+    /// whether it makes one iteration or none.
     pub(super) fn of_run(readings: Readings) -> Cases {
         Cases { readings, ..Cases::default() }
     }
@@ -48,7 +52,8 @@ impl Cases {
         Cases { follows_standard: true, ..Cases::default() }
     }
 
-    /// Whether the next loop that makes one iteration or none makes one. `None` if both cases of it are not tried.
+    /// Whether the next loop of which the manuals do not say whether it makes one iteration or none makes one. `None`
+    /// if both cases of this loop are not tried.
     pub(super) fn makes_one(&mut self) -> Option<bool> {
         if !self.tries_loops || self.met >= MAX_LOOPS {
             return None;

@@ -78,7 +78,7 @@ impl<'p> Emulated<'p> {
         self.registers.insert((area.to_owned(), index), value);
     }
 
-    /// The value of such a register. `None` if it was never set.
+    /// The value that [`Emulated::set_register`] last wrote to a register. `None` if it never wrote one.
     #[must_use]
     pub fn register(&self, area: &str, index: u32) -> Option<u16> {
         self.registers.get(&(area.to_owned(), index)).copied()

@@ -130,7 +130,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.rested.contains(&memory) || self.memories.get(&memory) == Some(&started)
     }
 
-    /// The timer or counter that is being executed, and the index of its first instruction.
+    /// The timer or counter that is being executed, and the index of its first instruction. `None` if the current
+    /// instruction belongs to none.
     fn current_timer(&self) -> Option<(usize, &'p TimerOrCounter)> {
         let (&first, timed) =
             self.program.timekeeping.instructions.range(..=self.at).next_back()?;

@@ -139,12 +139,13 @@ fn fitting(value: i128, words: usize) -> Option<Vec<u16>> {
     (number(&result, true)? == value).then_some(result)
 }
 
-/// The signed numbers that a list holds, each of this many words.
+/// The signed numbers that a list holds, each of this many words. `None` if a number has too many words.
 fn numbers(list: &[u16], words: u8) -> Option<Vec<i128>> {
     list.chunks(usize::from(words)).map(|words| number(words, true)).collect()
 }
 
-/// The position of the first occurrence of a number, counted from 1, and the number of occurrences.
+/// The position of the first occurrence of a number, counted from 1, and the number of its occurrences. Both are 0 if
+/// it does not occur. `None` if one of them does not fit into a word.
 fn places(numbers: &[i128], wanted: i128) -> Option<Vec<u16>> {
     let first = numbers.iter().position(|&number| number == wanted).map_or(0, |at| at + 1);
     let count = numbers.iter().filter(|&&number| number == wanted).count();

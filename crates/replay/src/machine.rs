@@ -19,7 +19,7 @@ struct Loop {
     end: usize,
     iteration: u32,
     iterations: u32,
-    /// The state at the start of this iteration. `None` unless only the total time is wanted.
+    /// The state at the start of the current iteration. `None` unless only the total time is wanted.
     begun: Option<Snapshot>,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Machine<'p, F> {
     total: Picos,
     events: Vec<Event>,
     unbounded: Option<usize>,
-    /// Where and why a real run stopped early.
+    /// Where and why a real run stopped early. `None` if it did not.
     stopped: Option<Stopped>,
     /// The number of instructions that may still be executed.
     remaining: u64,

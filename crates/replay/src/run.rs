@@ -23,7 +23,7 @@ pub struct OutsideValues<'p> {
     /// The values of choices. A choice that is not listed has the value 0.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
     /// If set, choices of the kind [`ChoiceKind::External`] have pseudo-random values with this seed instead. Inputs
-    /// are not affected.
+    /// are not affected. `None`: `choices` gives their values too.
     pub seed: Option<u64>,
 }
 
@@ -61,7 +61,7 @@ impl<'p> Outside<'p> {
         Outside { program_written: Some(own), ..Outside::of(program) }
     }
 
-    /// The program whose cells these are.
+    /// The program to which the values from outside are given.
     #[must_use]
     pub fn program(&self) -> &'p Program {
         self.program
@@ -114,8 +114,9 @@ pub struct Run<'p> {
     asked: RefCell<BTreeMap<Cell, u16>>,
     /// The time of the last scan, if scans with the same inputs repeat it until a timer times out. Otherwise `None`.
     steady: Option<Picos>,
-    /// The cells of timers' present values. `reads_presents` says whether the program reads one.
+    /// The cells of timers' present values.
     presents: BTreeSet<Cell>,
+    /// Whether instructions other than those of timers and counters read one of `presents`.
     reads_presents: bool,
 }
 

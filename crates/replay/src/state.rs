@@ -120,8 +120,8 @@ pub(super) struct State<'p, F> {
     /// The cells of the present values of timers. For each, the instruction that first read the value at the start of
     /// the scan; `None` while no instruction has read it.
     pub(super) presents: FxHashMap<Cell, Option<usize>>,
-    /// Counts changes of cells, and reads whose answer may be different the next time. Used to detect identical
-    /// iterations.
+    /// The number of changes of cells so far, plus the number of reads whose answer may be different the next time. If
+    /// it does not change during an iteration, the next iteration is identical.
     pub(super) changes: u64,
     /// Which way a real run takes at points that are left open.
     pub(super) cases: Cases,

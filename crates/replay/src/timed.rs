@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// What timers and counters remember between two executions. The key is the cell of the flag.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TimerMemory {
-    /// For each running timer: the tick at which it was last executed, and the number of that scan.
+    /// For each running timer: the tick at which it was last executed, and the number of the scan that executed it.
     ran: BTreeMap<Cell, (u64, u64)>,
     /// The number of the current scan, if scans are counted.
     scan: u64,

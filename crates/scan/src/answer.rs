@@ -5,8 +5,8 @@ use super::word::Words;
 use scanbound_model::{Atom, Circuit, Lit, VarId};
 
 impl Words {
-    /// The literal that says whether the word, unsigned, lies in `low..=high`. Beyond the allowed steps it is a new
-    /// free bit, and [`Words::given_up`] is counted up.
+    /// The literal that says whether the word, unsigned, lies in `low..=high`. If the computation exceeds the allowed
+    /// steps, it is a new free bit, and [`Words::given_up`] is raised by one.
     pub fn in_range(&mut self, circuit: &mut Circuit, word: Word, low: u16, high: u16) -> Lit {
         self.range_if_allowed(circuit, word, low, high)
             .unwrap_or_else(|| self.arbitrary_bit(circuit))
@@ -29,8 +29,8 @@ impl Words {
         self.answers.asked.get(&lit).copied()
     }
 
-    /// The word's bits, least significant first. Beyond the allowed steps they are new free bits, and
-    /// [`Words::given_up`] is counted up.
+    /// The word's bits, least significant first. If the computation exceeds the allowed steps, they are new free bits,
+    /// and [`Words::given_up`] is raised by 16, one for each bit.
     pub fn bits(&mut self, circuit: &mut Circuit, word: Word) -> [Lit; 16] {
         let bits = self.bits_if_allowed(circuit, word);
         bits.unwrap_or_else(|| std::array::from_fn(|_| self.arbitrary_bit(circuit)))

@@ -20,8 +20,9 @@ pub(super) type Stretches = Vec<(u32, u32)>;
 /// current instruction is executed.
 #[derive(Debug)]
 pub(super) struct KnownChoices {
-    /// The bits and words of choices that were read, by call context and choice.
+    /// The literals of choices that were read as bits, by call context and choice.
     pub(super) bits: FxHashMap<(Vec<Frame>, ChoiceId), Lit>,
+    /// The words of choices that were read as words, by call context and choice.
     pub(super) words: FxHashMap<(Vec<Frame>, ChoiceId), Word>,
     /// The words that were computed by executing the choices' operations, each with the guard under which it is valid.
     pub(super) settled: FxHashMap<(Vec<Frame>, ChoiceId), (Lit, Word)>,
@@ -36,7 +37,8 @@ pub(super) struct KnownChoices {
     /// The guard of what is being executed now: that the instruction is reached, or that it also fires. Where it is
     /// false, values that are read do not matter.
     pub(super) reached: Lit,
-    /// What the guard in it implies; used again while `reached` is that guard.
+    /// The guard for which implications were computed last, and what it implies. Used again while `reached` is this
+    /// guard. `None` if none were computed yet.
     pub(super) implied: Option<(Lit, Implications)>,
     /// What the constraints imply, which hold in every scan.
     pub(super) always: Rc<Implications>,

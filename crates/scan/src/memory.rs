@@ -173,8 +173,8 @@ impl<'p> Memory<'p> {
         Version { value, seen: self.model.havocs.count(cell.area) }
     }
 
-    /// The literal that a havoc wrote the cell after the first `seen` havocs of its area, and the origin of the value
-    /// that it wrote. `None` if none can have.
+    /// The literal that says whether a havoc after the first `seen` havocs of the cell's area wrote the cell, and the
+    /// origin of the value that it wrote. `None` if no such havoc can have written the cell.
     fn havocked_since(&mut self, cell: Cell, seen: usize) -> Option<(Lit, Origin)> {
         let count = self.model.havocs.count(cell.area);
         if count == seen {

@@ -566,7 +566,8 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// The possible locations of a target, and the literal that says whether one of them is the actual one.
+    /// The possible locations of a target, and the literal that says whether one of them is the actual one. `None` if
+    /// the target has a computed address whose locations are not followed.
     fn target_locations(
         &mut self,
         target: &'p Target,

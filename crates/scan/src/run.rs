@@ -13,7 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// `Step::Save` saved results.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RungResults {
-    /// `None` after paths with different stack depths have joined: nothing may be read until the next rung starts.
+    /// The stack, with the newest result last. `None` after paths with different stack depths have joined: nothing may
+    /// be read until the next rung starts.
     pub(super) stack: Option<Vec<Lit>>,
     pub(super) slots: BTreeMap<u32, Lit>,
 }

@@ -37,7 +37,7 @@ fn structure(diagram: &Diagram) -> Vec<Diagnostic> {
             ),
             Kind::Timer { .. } if outputs != 1 => tell(
                 format!("the timer {name} has {outputs} arcs to transitions, but must have one"),
-                "put a box after the timer, and branch from the box",
+                "lead one arc from the timer to a transition; to branch, lead that transition to a box, and branch from the box",
             ),
             Kind::Counter { .. } if inputs != 1 || outputs != 1 => tell(
                 format!(
@@ -120,7 +120,7 @@ fn addresses(diagram: &Diagram) -> Vec<Diagnostic> {
         if let (true, true, Some(outer)) = (is_written, address.is_point(), input) {
             tell(
                 format!(
-                    "{name} = {address}: word {:03} is an input word, which the CPU overwrites when it reads the inputs ({} in line {})",
+                    "{name} = {address}: the CPU overwrites word {:03} when it reads the inputs, because the outer gate {} in line {} is in it",
                     address.word, outer.name, outer.line
                 ),
                 "give it a relay in a word without outer gates",

@@ -146,12 +146,13 @@ impl<'a> Bounds<'a> {
         self.step(|| Step::Bounds { upper, lower });
     }
 
-    /// Counts one query to a solver.
+    /// Raises the number of queries to a solver by one.
     pub fn count(&mut self) {
         self.calls += 1;
     }
 
-    /// Adds a query and its answer to the trace.
+    /// Adds to the trace that the search by subsets asked whether these items can be true together, with their cost
+    /// `total` (picoseconds), the answer, and the time that the query took.
     pub fn record_query(&mut self, items: &[usize], total: u64, together: bool, time: Duration) {
         let (total, most) = (Picos(total), Picos(self.lower()));
         self.step(|| Step::Asked { items: items.to_vec(), total, together, time, most });

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// Clauses over the variables 1, 2, ...; as in DIMACS files, a literal is a variable or, negated, the negative number.
 #[derive(Debug, Clone, Default)]
 pub struct Clauses {
-    /// The number of variables.
+    /// The number of variables of the clauses.
     pub variables: usize,
     /// The clauses.
     pub clauses: ClauseList,

@@ -19,7 +19,7 @@ enum Copied {
 
 const UNKNOWN: Lit = Lit(u32::MAX);
 
-/// The array is used if more than one in this many nodes is copied.
+/// [`Copied::Many`] is used once more than one in this many nodes has been copied.
 const MANY: usize = 32;
 
 impl Copied {

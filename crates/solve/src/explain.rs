@@ -28,9 +28,10 @@ impl<'a> Exclusions<'a> {
     }
 
     /// For each wanted charge (an index into `ScanModel::charges` of the same model) that does not have its largest
-    /// cost under the assignment: a minimal set of charges that have theirs and exclude it. The set is empty if the
-    /// charge never can have it. `None` if the charge has its largest cost, if nothing excludes that, or if no reason
-    /// is found within the effort and the limits.
+    /// cost under the assignment: a minimal set of charges that have their largest cost, which exclude that the wanted
+    /// charge has its largest cost too. The set is empty if the wanted charge can never have it. `None` if the wanted
+    /// charge has its largest cost, if nothing excludes that, or if no reason is found within the effort and the
+    /// limits.
     pub fn in_scan(
         &mut self,
         model: &ScanModel,

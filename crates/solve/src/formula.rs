@@ -9,7 +9,7 @@ use super::oracle::Oracle;
 /// the thing for which it was added. So the clauses in one partition of the program can be examined alone. What they
 /// exclude is excluded in the whole program, which only has more clauses.
 pub struct Formula {
-    /// The number of variables.
+    /// The number of variables, including those that the search added.
     variables: usize,
     clauses: Vec<Place>,
     /// The literals of all clauses.

@@ -61,7 +61,8 @@ impl Search<'_> {
         (weight < limit).then_some((weight, set))
     }
 
-    /// Searches two cases: the element that is in most cores is in the hitting set, or it is not.
+    /// Searches two cases: the element that is in most cores is in the hitting set, or it is not. Returns the weight of
+    /// the best set and its elements; `None` if no set weighs less than `limit`.
     fn branch(&mut self, cores: Vec<Vec<usize>>, limit: u64) -> Option<(u64, Vec<usize>)> {
         if self.lower_bound(&cores) >= limit {
             return None;

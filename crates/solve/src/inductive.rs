@@ -206,8 +206,8 @@ impl<'a> InductiveSearch<'a> {
         places.map(|place| self.varied(scan, place, self.starts[place])).collect()
     }
 
-    /// Continues with the next scans: they start with the bits' values at the end of these; the other variables are
-    /// similar to the first scan's.
+    /// Replaces the lanes by the starts of the next scans: each bit has the value that it has at the end of `scans`;
+    /// the other variables have values similar to those of the scan `scan`.
     fn follow(
         &mut self,
         scan: &Assignment,

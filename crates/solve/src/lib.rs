@@ -48,9 +48,9 @@ pub enum Method {
     /// The search by subsets for a small group, up to an effort limit; otherwise the core-guided search.
     #[default]
     Auto,
-    /// The paper's method: asks whether sets of guards can be true together, from all of them to ever smaller subsets,
-    /// and leaves out subsets that cannot exceed the longest scan found (T_MAX). With more than 8 guards, conflicts
-    /// that the solver names decide which guards to leave out.
+    /// The method of the paper that `docs/method.md` describes: asks whether sets of guards can be true together, from
+    /// all of them to ever smaller subsets, and leaves out subsets that cannot exceed the longest scan found (T_MAX).
+    /// With more than 8 guards, conflicts that the solver names decide which guards to leave out.
     Subsets,
     /// Core-guided search (OLL, as in MaxSAT solvers): finds sets of guards that cannot all be true, and lowers the
     /// bound by each.

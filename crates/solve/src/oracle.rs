@@ -45,8 +45,8 @@ struct StopCheck<'a> {
     decisions: Cell<u64>,
     conflicts: u64,
     most: Effort,
-    /// The query was stopped. Stored, because the solver asks several times and would continue if one answer were
-    /// false.
+    /// Whether the query was stopped. Stored, because the solver asks several times and would continue if one answer
+    /// were false.
     ended: Cell<bool>,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Oracle<'a> {
         Oracle { solver, branching, hints: &[], inner: Numbers::default(), outer: Vec::new() }
     }
 
-    /// The same solver, which tries these values first. They change no answer, only the time to find it.
+    /// Makes the solver try these values first. They change no answer, only the time to find it.
     pub fn with_hints(self, hints: &'a [bool]) -> Oracle<'a> {
         Oracle { hints, ..self }
     }

@@ -26,11 +26,12 @@ pub type State = Vec<(usize, bool)>;
 /// Whether a scan starts in a state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StartState {
-    /// A run begins with it, or a first scan leaves it, or a scan that starts in such a state, and so on.
+    /// A scan may start in the state: a run begins with it, or a scan leaves it that starts in a state that may occur
+    /// itself.
     MayOccur,
-    /// No scan starts in it: these values, a part of the state, occur at the start of no scan.
+    /// No scan starts in the state: these values, which are a part of the state, occur at the start of no scan.
     Excluded(State),
-    /// The limits ended the search before.
+    /// The limits ended the search before this was decided.
     Undecided,
 }
 
@@ -64,7 +65,7 @@ pub struct Predecessors<'a> {
 enum Predecessor {
     /// A scan leaves the state; this is the state in which it starts (all bits).
     Scan(State),
-    /// No scan leaves these values, a part of the state, unless it starts with them.
+    /// No scan leaves these values, which are a part of the state, unless it starts with them.
     Never(State),
     /// The query took too long.
     Unknown,
@@ -253,8 +254,9 @@ impl<'a> Predecessors<'a> {
         answer
     }
 
-    /// Excludes a part of a state that no scan leaves. If a run may begin with it, a value is added with which none
-    /// does. Returns what was excluded, made smaller.
+    /// Excludes a part of the state `state`, which no scan leaves. If a run may begin with this part, first adds a
+    /// value of `state` with which no run begins. Returns the part that was excluded, from which unnecessary values
+    /// were removed.
     fn exclude(&mut self, mut part: State, state: &[(usize, bool)]) -> State {
         if self.may_begin(&part) {
             let differs = |&&(bit, value): &&(usize, bool)| self.bits[bit].initial != value;

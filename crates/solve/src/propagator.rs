@@ -219,7 +219,7 @@ impl Propagator {
     }
 
     /// Assumes an unassigned literal. On a conflict, returns assumptions (including this one) that cannot be true
-    /// together, and removes the assumption.
+    /// together, and removes the assumption. `None` if there is no conflict.
     pub fn assume(&mut self, literal: i32) -> Option<Vec<i32>> {
         self.reserve(literal.unsigned_abs() as usize);
         // Removing the assumption of an assigned literal would remove the assignment, too.
@@ -243,7 +243,7 @@ impl Propagator {
     }
 
     /// Assumes a literal, whatever its current value is. If propagation shows a conflict, returns assumptions that
-    /// cannot be true together, and does not assume the literal.
+    /// cannot be true together, and does not assume the literal. `None` if there is no conflict.
     pub fn require(&mut self, literal: i32) -> Option<Vec<i32>> {
         match self.value(literal) {
             0 => self.assume(literal),

@@ -1,4 +1,5 @@
-//! The paper's search: asks which guards can be true together, and removes those that conflict.
+//! The search of the paper that `docs/method.md` describes: asks which guards can be true together, and removes those
+//! that conflict.
 
 use super::bounds::Bounds;
 use super::clauses::Clauses;
@@ -78,8 +79,8 @@ pub fn search(
 /// The error that the limits or the effort limit ended the search.
 struct SearchStopped(SearchEnd);
 
-/// The paper's order: all items, then all subsets with one item less, and so on. The subsets of an unsatisfiable set
-/// are tried only if its total exceeds the best satisfiable set so far.
+/// Searches in the order of the paper: asks all items, then all subsets with one item less, and so on. The subsets of
+/// an unsatisfiable set are tried only if its total exceeds the best satisfiable set so far.
 fn plain(subset_search: &mut SubsetSearch<'_, '_>) -> Result<(), SearchStopped> {
     let all: Vec<usize> = (0..subset_search.problem.items.len()).collect();
     let mut level = BTreeSet::from([all]);

@@ -242,8 +242,9 @@ pub fn equals_brute(method: Method, seed: u64, charges: u64) {
 struct Rule {
     /// The required step number.
     step: Option<u16>,
-    /// Bits of the station and shared mode bits, with their required values.
+    /// Bits of the station, as indices, with their required values.
     bits: Vec<(usize, bool)>,
+    /// Shared mode bits, as indices, with their required values.
     modes: Vec<(usize, bool)>,
     on: u64,
     off: u64,

@@ -49,7 +49,7 @@ pub struct Price {
     /// The names of the rows used, joined by ` + `.
     pub row: Arc<str>,
     /// If the first row is a class row: the most general name under which the table could have a row for the
-    /// instruction itself.
+    /// instruction itself. Otherwise `None`.
     pub instead_of: Option<Arc<str>>,
     /// If the number of units is unknown or read from words: the largest possible number, which is in `on`. `None` if
     /// the number is known or does not matter.

@@ -16,7 +16,7 @@ use toml::de::{DeTable, DeValue};
 const FORM: &str = "a facts file has the tables [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\"), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true), [sfc] (selection = \"all\") and [controller] (\"actions have no final scan\" = true)";
 const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
-const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire when they have no priorities, otherwise selection = \"first\"";
+const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire where they have no priorities, or selection = \"first\" if only the first of them fires";
 const DRAWN: &str = "write drawn_conditions = \"last-scan\" if the controller executes blocks in the drawn conditions of a chart in each scan, and the conditions read the outputs of the previous scan (Beremiz, OpenPLC)";
 const ACTION_ORDER: &str = "write the order in which actions are executed: action_order = \"named\" (the order in which the chart first names them), \"declared\" (Boolean variables, then actions in the order of declaration: matiec) or \"alphabetical\" (first the actions that have just ended, then the others, each of the two in the order of their names: CODESYS, TwinCAT)";
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
@@ -198,7 +198,9 @@ impl Reader<'_> {
                 }
             }
             "interrupts" => {
-                if let Some(times) = self.count(key.get_ref(), value) {
+                if let Some(times) =
+                    self.count(&format!("the number of interrupts of {}", key.get_ref()), value)
+                {
                     let most = self.facts.interrupts.entry(key.get_ref().to_ascii_uppercase());
                     let most = most.or_insert(times);
                     *most = (*most).max(times);
@@ -287,7 +289,7 @@ impl Reader<'_> {
             Some(&[low, high]) => self.fault(
                 Some(value.span()),
                 format!("the range of {device} is empty: {low} is above {high}"),
-                "give the least value first",
+                "write the smaller number first",
             ),
             _ => self.fault(
                 Some(value.span()),
@@ -334,7 +336,7 @@ impl Reader<'_> {
                     _ => self.fault(
                         Some(value.span()),
                         "indirect in [index] must be a list of devices".to_owned(),
-                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], the only devices that the program writes through @",
+                        "write indirect = [\"ZR1000-ZR1999\", \"D500\"], all devices that the program writes through indirect addresses (@)",
                     ),
                 }
             }
@@ -449,7 +451,7 @@ impl Reader<'_> {
             sum = sum.and_then(|sum| sum.checked_add(own));
         }
         if sum.is_none() {
-            let message = format!("the total number of {name} is too large");
+            let message = format!("the sum of the {name} on all base units is too large");
             self.fault(
                 Some(value.span()),
                 message,
@@ -478,7 +480,7 @@ impl Reader<'_> {
             Some(time) => self.facts.network = Some(time),
             None => self.fault(
                 Some(value.span()),
-                "refresh in [network] must be a time of at most 10 s, in quotes with its unit"
+                "refresh in [network] must be \"none\", or a time of at most 10 s, in quotes with its unit"
                     .to_owned(),
                 help,
             ),
@@ -541,8 +543,9 @@ impl Reader<'_> {
             ("constant", Some(time)) => self.facts.constant_scan = Some(time),
             (_, Some(time)) => self.facts.watchdog = Some(time),
             (_, None) => {
+                let none = if name == "constant" { "\"none\", or " } else { "" };
                 let message = format!(
-                    "{name} must be a time above 0 and at most 60 s, in quotes with its unit"
+                    "{name} must be {none}a time above 0 and at most 60 s, in quotes with its unit"
                 );
                 self.fault(Some(value.span()), message, SCAN);
             }
@@ -559,8 +562,8 @@ impl Reader<'_> {
         if number.is_none() {
             self.fault(
                 Some(value.span()),
-                format!("{what} must be a non-negative integer"),
-                "write a whole number, such as I0 = 2",
+                format!("{what} must be a whole number from 0 on"),
+                "write the number without quotes, such as 2",
             );
         }
         number
@@ -715,7 +718,7 @@ mod tests {
                 (Some(1), "a facts file has no table [speed]"),
                 (Some(3), "the range of D1 is empty: 3 is above 1"),
                 (Some(4), "the range of D2 must be two integers: [min, max]"),
-                (Some(6), "I0 must be a non-negative integer"),
+                (Some(6), "the number of interrupts of I0 must be a whole number from 0 on"),
                 (Some(8), "[io] has no key 'modules'"),
                 (Some(9), "latched in [io] must be true or false"),
             ]

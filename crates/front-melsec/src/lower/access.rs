@@ -23,7 +23,7 @@ pub enum BitPlace {
 /// The place that a word operand writes.
 #[derive(Debug, Clone)]
 pub enum WordPlace {
-    /// These words.
+    /// The operand writes these words.
     All(Vec<WordTarget>),
     /// Words of this region, but it is unknown which ones.
     Somewhere(Region),
@@ -257,7 +257,7 @@ impl Lowering<'_> {
             || self.reaches_special(&device, words)
         {
             self.approximate(format!(
-                "{text} changes without the program: any value is assumed where this instruction reads it"
+                "{text} is a long timer or counter, or includes devices that change without the program: any value is assumed where this instruction reads it"
             ));
             return Some((0..words).map(|_| self.free_word()).collect());
         }

@@ -75,10 +75,10 @@ impl Lowering<'_> {
                 Code::NotModelled,
                 &raw.mnemonic,
                 format!(
-                    "with M8164 on, which may be the case, D8164 sets how many words `{}` moves: scanbound does not follow this",
+                    "M8164 may be on, and then D8164 sets how many words `{}` moves: scanbound does not follow this",
                     raw.mnemonic
                 ),
-                "do not use M8164; write the count as the last operand; state what missing routines write ([calls])",
+                "do not use M8164, and write the count as the last operand; if code that is not given may set M8164, state what that code writes ([calls])",
             );
         }
         let units = self.units(raw, entry);
@@ -298,7 +298,7 @@ impl Lowering<'_> {
     /// value.
     fn havoc_both(&mut self, raw: &RawInstruction, entry: &Entry) -> Option<Option<Vec<Effect>>> {
         let what = "any values are assumed for its operands";
-        self.approximate(format!("{} depends on M8024 or M8160: {what}", raw.mnemonic));
+        self.approximate(format!("what {} does depends on M8024 or M8160: {what}", raw.mnemonic));
         let mut effects = Vec::new();
         for text in &raw.operands[..2] {
             for region in self.reach(raw, entry, text, entry.operands[1].extent) {

@@ -73,7 +73,7 @@ impl Lowering<'_> {
 
     /// The comparison of a string with a constant. They are equal if their words are equal: two characters a word, the
     /// first in the low byte, and a zero byte at the end. Other comparisons of strings are not computed and may be true
-    /// or false.
+    /// or false. `None` after an error that was reported.
     fn compared_text(
         &mut self,
         raw: &RawInstruction,

@@ -140,7 +140,7 @@ impl Lowering<'_> {
         call: Step,
     ) -> usize {
         self.approximate(format!(
-            "{mnemonic} is executed with its condition off: after it, every device may have any value"
+            "{mnemonic} also runs its routine in the scan after its condition went off, with all coils of the routine off: after the call, every device may have any value"
         ));
         let at = self.add(Some(timing), effects, call);
         self.targets.calls_with_coils_off.push(at);
@@ -167,7 +167,9 @@ impl Lowering<'_> {
             }
         }
         if !effects.is_empty() {
-            self.approximate("the values that the routine returns to its caller may be any values");
+            self.approximate(
+                "after the call, its operands and the function devices may have any values",
+            );
             self.add(None, effects, Step::Nothing);
         }
     }
@@ -179,7 +181,7 @@ impl Lowering<'_> {
             self.fault(
                 Code::LoopCount,
                 text,
-                format!("a loop runs 1 to {MAX_ITERATIONS} times"),
+                format!("the number of iterations is `{text}`, but must be 1 to {MAX_ITERATIONS}"),
                 "write a number of iterations in this range",
             );
             return;

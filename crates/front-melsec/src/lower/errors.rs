@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The maximum nesting depth of FOR loops, and of calls, at which a CPU does not stop.
 const DEEPEST: usize = 16;
-/// The same on MELSEC-F, which does not start a program with more levels.
+/// The maximum nesting depth of FOR loops, and of calls, on MELSEC-F. It does not start a program with more levels.
 const DEEPEST_FX: usize = 5;
 /// The bit pattern of the IEEE 754 single 1.0.
 const ONE: i64 = 0x3F80_0000;

@@ -163,7 +163,8 @@ impl Lowering<'_> {
         Some(Meaning { operation, inputs, outputs })
     }
 
-    /// The meaning of an instruction that appends a value to a table and increments the table's count.
+    /// The meaning of an instruction that appends a value to a table and increments the table's count. `None` if an
+    /// operand is not of a form that can be computed.
     fn appended(&mut self, from: &str, table: &str) -> Option<Meaning> {
         let value = self.value(from, 1)?;
         let &[WordSource::Cell(count)] = &self.cells(table, 1)?[..] else { return None };
@@ -370,7 +371,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// The meaning of an instruction that splits words into digits or bytes, or combines them.
+    /// The meaning of an instruction that splits words into digits or bytes, or combines them. `None` if the count is
+    /// unknown or too large, or an operand is not of a form that can be computed.
     fn parts(&mut self, name: &str, from: &str, to: &str, count: &str) -> Option<Meaning> {
         let by_digit = matches!(name, "DIS" | "UNI");
         let most = if by_digit { 4 } else { i64::from(FX_MAX) };
@@ -469,7 +471,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// `many` elements of `unit` words from an operand on, as the input of an operation.
+    /// `many` elements of `unit` words from an operand on, as the input of an operation. `None` if their addresses are
+    /// unknown.
     fn run_of(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<OperationInput> {
         let address = match (many, self.device(text)?.place) {
             (ElementCount::Known(count), Place::At(..)) => {
@@ -492,7 +495,8 @@ impl Lowering<'_> {
         Some(OperationInput::Run(address, Shape::Cells, count))
     }
 
-    /// `many` elements of `unit` words from an operand on, as the target of an operation.
+    /// `many` elements of `unit` words from an operand on, as the target of an operation. `None` if their addresses are
+    /// unknown.
     fn run_to(&mut self, text: &str, unit: u32, many: ElementCount) -> Option<Target> {
         match (many, self.device(text)?.place) {
             (ElementCount::Known(count), Place::At(..)) => {

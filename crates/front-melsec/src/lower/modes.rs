@@ -11,24 +11,26 @@ use std::collections::BTreeMap;
 /// What lowering needs to know about the whole project: the special relays and instructions in it that change the
 /// meaning of other instructions, and which devices it names.
 pub(super) struct Modes {
-    /// The program switches the file register block, so `R` may be any `ZR`.
+    /// Whether the program switches the file register block, so that `R` may be any `ZR`.
     pub switches_file_register: bool,
-    /// FX, FX5: the program uses special relays that change moves: M8024 reverses BMOV, M8160 makes XCH swap bytes.
+    /// FX, FX5: whether the program uses special relays that change moves: M8024 reverses BMOV, M8160 makes XCH swap
+    /// bytes.
     pub changes_moves: bool,
-    /// FX: the program uses M8023. With it on, double-word additions and subtractions work on real numbers.
+    /// FX: whether the program uses M8023. With it on, double-word additions and subtractions work on real numbers.
     pub sums_reals: bool,
-    /// The program uses SM702 (or M702). With SM702 on, searches of Q and L use binary search and expect sorted blocks.
+    /// Whether the program uses SM702 (or M702). With SM702 on, searches of Q and L use binary search and expect sorted
+    /// blocks.
     pub uses_binary_search: bool,
-    /// FX, FX5: the program uses M8040 or IST, which may inhibit transitions of a step ladder.
+    /// FX, FX5: whether the program uses M8040 or IST, which may inhibit transitions of a step ladder.
     pub states_may_stay: bool,
-    /// FX: the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
+    /// FX: whether the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
     /// The cells that instructions reset or may reset; see [`Modes::may_reset`].
     resets: RegionSet,
     /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
     /// writes other values.
     pub index_values: BTreeMap<(&'static str, u32), Option<Vec<i64>>>,
-    /// FX, FX5: index registers may also have other values than `index_values` says; see
+    /// FX, FX5: whether index registers may also have other values than `index_values` says; see
     /// [`Lowering::writes_other_indices`](super::Lowering::writes_other_indices).
     pub index_is_open: bool,
     /// For each area of bits, and for the file register: the number of devices that the CPU has at least, since the
@@ -79,7 +81,7 @@ fn device(operand: &Result<Operand, String>) -> Option<&Device> {
     }
 }
 
-/// The cells that instructions reset or may reset: of a timer or counter its contact.
+/// The cells that instructions reset or may reset; for a timer or counter, this is the cell of its contact.
 fn resets(items: &[Item<'_>]) -> RegionSet {
     let mut found = Vec::new();
     for item in items {
@@ -110,7 +112,7 @@ fn resets(items: &[Item<'_>]) -> RegionSet {
     found.into_iter().collect()
 }
 
-/// The cell of a plain device; of a timer or counter its contact. `None` for other forms.
+/// The cell of a plain device; for a timer or counter, the cell of its contact. `None` for other forms of operands.
 fn cell(device: &Device) -> Option<Cell> {
     match device.place {
         Place::At(kind, index) => kind.cell(index),
@@ -118,7 +120,8 @@ fn cell(device: &Device) -> Option<Cell> {
     }
 }
 
-/// The area of the cells that a device may be; of a timer or counter that of its contacts.
+/// The area of the cells that a device may be; for a timer or counter, the area of its contacts. `None` if it has no
+/// such area.
 fn cell_area(device: &Device) -> Option<AreaId> {
     match device.place {
         Place::At(kind, _)

@@ -25,7 +25,8 @@ impl Lowering<'_> {
     }
 
     /// The effects of writing `value` to the bit operand `text`: in every execution if `is_always`, otherwise when the
-    /// instruction fires. An unknown bit becomes a havoc of its area.
+    /// instruction fires. If it is unknown which bit the operand is, the effect is a havoc of the region in which it
+    /// is. `None` after an error that was reported.
     pub(super) fn bit_effects(
         &mut self,
         text: &str,
@@ -394,7 +395,7 @@ impl Lowering<'_> {
         let one = |&first: &Cell| Region::Range { first, count: 1 };
         self.out.program.volatile.extend(state.relays.iter().map(one));
         self.approximate(format!(
-            "{text}: the state that was active may be reset at once, or later in the scan"
+            "when this instruction sets {text}, the state that was active may be reset at once, or later in the scan"
         ));
     }
 }

@@ -22,7 +22,7 @@ impl Lowering<'_> {
 
     /// The effects of the addition or subtraction of `a` and `b`, written to the operand `text`: the result as if it
     /// wrapped around, and a hidden bit that says whether it overflowed. [`Lowering::havoc_on_overflow`] then adds what
-    /// happens in this case.
+    /// happens on overflow. `None` after an error that was reported.
     pub(super) fn effects_with_overflow(
         &mut self,
         text: &str,

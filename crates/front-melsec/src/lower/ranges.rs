@@ -149,7 +149,7 @@ impl Lowering<'_> {
                     ["index", "indirect"],
                     Part::Value,
                     Code::Fact,
-                    format!("'{text}' is not a device or a device range"),
+                    format!("'{text}' under [index] indirect is not a device or a device range"),
                     "write \"ZR1000-ZR1999\" or \"D500\": devices as in the program, the lowest number first",
                 ));
             }

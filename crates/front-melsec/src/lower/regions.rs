@@ -26,7 +26,7 @@ impl Lowering<'_> {
     pub(super) fn state_begins(&mut self, text: &str, relays: &[Cell]) {
         let on = Logic::All(relays.iter().map(|&relay| Logic::cell(relay)).collect());
         self.approximate(format!(
-            "{text}: a state that became inactive may be executed once more, to switch its coils off"
+            "the state {text} may be executed once more after it became inactive, to switch its coils off"
         ));
         let skipped = Logic::All(vec![on.clone().not(), self.free_bit()]);
         let timing = TimingKey { use_larger_time: true, ..key("STL", "set") };

@@ -17,7 +17,8 @@ use std::ops::RangeInclusive;
 const MS: u64 = 1_000_000_000;
 /// The number of the register with the watchdog time (FX3 programming manual; FX5: special devices compatible with FX).
 const WATCHDOG: u32 = 8000;
-/// The number of the register with the constant scan time, and of the relay that enables it (same sources).
+/// The number of the register with the constant scan time, and of the relay that enables the constant scan (FX3
+/// programming manual; FX5: special devices compatible with FX).
 const CONSTANT: u32 = 8039;
 /// The numbers of the special registers of the FX that are its index registers: Z0 and V0, then Z1 to V7.
 const INDEX_REGISTERS: [RangeInclusive<u32>; 2] = [8028..=8029, 8182..=8195];
@@ -36,7 +37,7 @@ pub(super) fn of_family(family: Family) -> ScanControl {
     ScanControl { devices, by_parameters, ..ScanControl::default() }
 }
 
-/// The smallest and the largest value that the facts state for an index register.
+/// The smallest and the largest value that the facts state for an index register. `None` if they state none.
 fn stated_values(facts: &Facts, index: Index) -> Option<(i64, i64)> {
     let register = format!("{}{}", index.letters, index.register);
     let mut stated = facts.indices.iter();

@@ -40,7 +40,7 @@ pub struct Lowering<'a> {
     pub(super) indirect: Option<Vec<Region>>,
     /// The targets of jumps, calls and loops.
     pub(super) targets: JumpTargets,
-    /// The step ladder state that is being lowered.
+    /// The step ladder state that is being lowered. `None` outside of step ladder states.
     pub(super) state: Option<LadderState>,
 }
 

@@ -28,12 +28,14 @@ impl Checker<'_, '_> {
                 }
                 [] if is_call => self.without_label(item, label, only),
                 [] => {
-                    let message = format!("the label P{label} does not exist in this program");
-                    let help = "check the label, or give all files of the project";
+                    let message = format!("the label P{label} does not exist in this file");
+                    let help = "correct the label: a jump can only lead to a label in its own file";
                     self.fault_at(item, Code::NoLabel, message, help);
                 }
                 _ => {
-                    let message = format!("several files define the label P{label}");
+                    let message = format!(
+                        "this file does not define the label P{label}, but several other files do"
+                    );
                     let help = "if several files use this label, define it in only one of them";
                     self.fault_at(item, Code::DoubleLabel, message, help);
                 }
@@ -50,7 +52,10 @@ impl Checker<'_, '_> {
             self.structure.parts.insert(item, Part::Absent(name));
             return;
         }
-        let message = format!("the label P{label} does not exist in this program");
+        let message = match by_file {
+            true => format!("the program `{text}` has no label P{label}"),
+            false => format!("no given file has the label P{label}"),
+        };
         let help = absent::help("check the label, give all files of the project", &name);
         self.fault_at(item, Code::NoLabel, message, &help);
     }
@@ -119,7 +124,7 @@ impl Checker<'_, '_> {
             if to < from {
                 let line = self.item(to).raw.line;
                 let message = format!(
-                    "this jumps back to line {line}: scanbound cannot find how often it repeats"
+                    "this jumps back to line {line}: scanbound cannot find how often the jump repeats"
                 );
                 let help = "use FOR and NEXT with a known count";
                 self.fault_at(from, Code::JumpBack, message, help);
@@ -129,8 +134,8 @@ impl Checker<'_, '_> {
                 self.fault_at(from, Code::JumpIntoLoop, message, help);
             } else if masters[0] != masters[1] {
                 let message =
-                    "this jumps into or out of a master control region (MC to MCR)".to_owned();
-                let help = "put the label in the same master control region as the jump";
+                    "this jumps into or out of a master control region (MC to MCR) or a step ladder state (STL)".to_owned();
+                let help = "put the label in the same region or state as the jump";
                 self.fault_at(from, Code::JumpAcrossMasterControl, message, help);
             }
         }
@@ -151,12 +156,24 @@ impl Checker<'_, '_> {
         }
         for (routine, at) in calls.into_iter().filter(|(routine, _)| !extents.ends(*routine)) {
             let label = &self.item(routine).raw.text;
-            let message = format!("the subroutine at {label} has no RET");
-            self.fault_at(at, Code::NoReturn, message, "end it with RET");
+            let message =
+                format!("the subroutine at {label} has no RET at its end, or a jump skips its RET");
+            self.fault_at(
+                at,
+                Code::NoReturn,
+                message,
+                "end the subroutine with RET, and let no jump skip the RET",
+            );
         }
         for entry in interrupts.into_iter().filter(|entry| !extents.ends(*entry)) {
-            let message = "the interrupt program has no IRET".to_owned();
-            self.fault_at(entry, Code::NoReturn, message, "end it with IRET");
+            let message =
+                "the interrupt program has no IRET at its end, or a jump skips its IRET".to_owned();
+            self.fault_at(
+                entry,
+                Code::NoReturn,
+                message,
+                "end it with IRET, and let no jump skip the IRET",
+            );
         }
     }
 }
@@ -179,7 +196,7 @@ impl Extents {
         Extents { returns, transfers }
     }
 
-    /// The first return instruction at or after an item.
+    /// The first return instruction at or after an item. `None` if there is none.
     fn return_from(&self, at: usize) -> Option<usize> {
         self.returns.get(self.returns.partition_point(|&end| end < at)).copied()
     }

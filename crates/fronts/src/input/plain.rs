@@ -46,7 +46,7 @@ const ANSWERS: [&str; 11] = [
     "Nothing ",
     "One thing stands ",
 ];
-/// One of these words is in the first sentence of each such report.
+/// Each text report of scanbound has one of these words in its first sentence.
 const SUBJECTS: [&str; 4] = ["scan", "scans", "bound", "watchdog"];
 
 /// Whether the name is that of a hidden file, a backup copy (`~`), or a file with one of [`NAMES`] or [`ENDINGS`].

@@ -65,7 +65,7 @@ fn a_directory_is_its_programs_in_name_order_and_its_comments() {
         gathered.warnings.iter().map(|one| one.message.as_str()).collect::<Vec<_>>(),
         [
             "left out because they are not programs: .hidden, README.txt, empty.log, labels.csv, sub/, times.csv; device comments: COMMENT.csv",
-            "assumed: the programs run in the order of their file names: a.csv, b.csv",
+            "the bound assumes that the programs run in the order of their file names: a.csv, b.csv",
         ]
     );
     assert_eq!(gathered.inputs[1].bytes, CSV.as_bytes());

@@ -46,17 +46,18 @@ pub struct Condition {
     pub surely: bool,
     /// Whether the condition is known to be false whenever this instruction is reached.
     pub never: bool,
-    /// What is known about words while the condition is true.
+    /// What is known about words while the condition is true. `None`: nothing.
     known: Option<Rc<[WordFact]>>,
-    /// Literals that are true whenever the condition is true.
+    /// Literals that are true whenever the condition is true. `None` if no such literal is known.
     literals: Option<Rc<[Literal]>>,
     /// Whether the condition is equivalent to the conjunction of `literals`.
     exact: bool,
-    /// What is known about words while the condition is false and the literals of `context` are true.
+    /// What is known about words while the condition is false and the literals of `context` are true. `None`: nothing.
     off: Option<Rc<[WordFact]>>,
     /// The literals that must be true so that the facts in `off` hold. `None`: these facts hold everywhere.
     context: Option<Rc<[Literal]>>,
-    /// What is known about words if one of the literals is false, for those of which anything is known.
+    /// For each literal of the condition that says something about words when it is false: what it then says. `None` if
+    /// there is no such literal.
     denied: Option<Rc<[FactsIfFalse]>>,
 }
 
@@ -65,7 +66,7 @@ pub struct Condition {
 pub struct FactsIfFalse {
     literal: Literal,
     known: Rc<[WordFact]>,
-    /// The literals that must be true so that the facts hold.
+    /// The literals that must be true so that the facts hold. `None`: the facts need no further literal.
     context: Option<Rc<[Literal]>>,
 }
 
@@ -232,7 +233,8 @@ impl Condition {
         self.surely && self.literals().is_empty()
     }
 
-    /// What is known about the disjunction of two conditions: the literals of both, and what holds while it is false.
+    /// What is known about the disjunction of two conditions: the literals that both have, and the facts that hold
+    /// while both are false. If one of the two is never true, the result is the other.
     pub fn or(&self, other: &Condition) -> Condition {
         match (self.never, other.never) {
             (true, _) => return other.clone(),

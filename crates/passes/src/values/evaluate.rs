@@ -356,7 +356,8 @@ fn holds(left: &Integers, right: &Integers, relation: Relation) -> bool {
     }
 }
 
-/// The possible values of a number's words if its comparison with another number is true.
+/// The possible values of a number's words if its comparison with another number is true. `None` if the comparison says
+/// nothing about them, or cannot be true.
 fn values_if_true(
     number: &Integers,
     other: &Integers,

@@ -146,7 +146,7 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let free = stated_values(program, slots);
     let mut run = Run::new(program, &followed, &is_over);
     let Ok(end) = run.scan(followed.holding(free.clone())) else {
-        cut("for each number of iterations or units, the largest value of its word is assumed");
+        cut("each number of iterations or units is assumed to be as large as its word allows");
         return ValueResults::default();
     };
     let keeps = keeps(program, slots, &run.written);
@@ -172,7 +172,9 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let fewer = all.len() > search.always.len();
     let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
     let Some(mut over) = over else {
-        cut("no range of any word at the start of a scan is known");
+        cut(
+            "at the start of a scan, each word is assumed to have any value, except for stated ranges",
+        );
         return known;
     };
     if trust == Trust::Counts {

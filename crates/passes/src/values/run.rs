@@ -19,14 +19,17 @@ const EVERY: u64 = 256;
 /// A loop with a known number of iterations is executed iteration by iteration if that takes at most this many
 /// instructions.
 const EXACT_WORK: u64 = 400_000;
-/// The same limit for a loop whose smallest and largest numbers of iterations differ.
+/// A loop whose smallest and largest numbers of iterations differ is executed iteration by iteration if that takes at
+/// most this many instructions.
 const EXACT_WORK_OPEN: u64 = 10_000;
 /// The number of iterations of a loop that are executed before widening begins, unless all of its iterations are
 /// executed.
 const ITERATIONS_BEFORE_WIDENING: u64 = 3;
-/// After this many instructions in one loop, it is widened to the extreme values, and its result is not narrowed.
+/// If the iterations of one loop have executed more instructions than this, the loop's state is widened to the extreme
+/// values, and the result is not narrowed.
 const CHEAP_WORK: u64 = 10_000;
-/// The largest number of times that a loop is widened to the next limit, before it is widened to the extreme values.
+/// The largest number of times that a loop's state is widened to the next limit, before it is widened to the extreme
+/// values.
 const MAX_WIDENINGS: u64 = 16;
 
 /// The limits of iterations, units and indexed writes that the abstract interpretation found, over all paths. A loop,
@@ -124,8 +127,9 @@ pub struct Run<'p> {
     stamp: Shared<u32>,
     /// The number of instructions executed.
     pub work: u64,
-    /// The states at which a main routine ended, and at which the scan was stopped.
+    /// The joined states at which the current main routine was ended by an END. `None` if no path came to one yet.
     ended: Option<State>,
+    /// The joined states at which the scan was stopped. `None` if no path stopped it yet.
     stopped: Option<State>,
 }
 

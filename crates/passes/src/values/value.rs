@@ -20,8 +20,9 @@ pub struct Value {
     ring: WordInterval,
     /// The stride: the first value and every `step`-th value after it; 0 for a single value.
     step: u16,
-    /// The number of values in `few`; 0 if there are too many to list. `few` holds them in ascending unsigned order.
+    /// The number of values in `few`; 0 if there are too many values to list.
     count: u8,
+    /// The values in ascending unsigned order, if `count` is not 0.
     few: [u16; MAX_EXACT],
 }
 

@@ -171,7 +171,9 @@ pub fn lay_out(
     let mut building = Building::new(language);
     for form in forms {
         if form.assumed.0.saturating_mul(2) > settings.scan_time.0 {
-            let why = "two copies of it may take longer than the longest permitted scan".to_owned();
+            let why =
+                "two copies of it may take longer than the longest permitted scan (--scan-time)"
+                    .to_owned();
             left.push(Unmeasured { row: form.row.clone(), why, share: form.share });
             continue;
         }

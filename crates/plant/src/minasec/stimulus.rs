@@ -110,8 +110,11 @@ impl Stimulus {
                 faults.push(at_cell(Code::StimulusRow, line, column, message, help));
             };
             if let Some(extra) = (heads.len()..record.len()).find(|&n| !record[n].is_empty()) {
-                let message =
-                    format!("this row has {} cells, the heading has {}", record.len(), heads.len());
+                let message = format!(
+                    "this row has {} cells, but the first row has {}",
+                    record.len(),
+                    heads.len()
+                );
                 fault(message, extra, "give each cell a column; numbers have a decimal point");
                 continue;
             }

@@ -145,7 +145,7 @@ impl<'d> Reader<'_, 'd> {
                         }
                         _ => self.fault(
                             one,
-                            "a reference without id and ref",
+                            "a reference place or transition has no id or no ref",
                             "give it an id and a ref",
                         ),
                     }
@@ -161,7 +161,7 @@ impl<'d> Reader<'_, 'd> {
 
     fn note(&mut self, node: Node<'_, '_>, known: IdTarget) {
         let Some(id) = node.attribute("id") else {
-            self.fault(node, "an element without an id", "give it a unique id");
+            self.fault(node, "an element has no id", "give it a unique id");
             return;
         };
         if self.nodes.insert(id.to_owned(), known).is_some() {
@@ -341,7 +341,8 @@ impl<'d> Reader<'_, 'd> {
                 return;
             }
             _ => {
-                let message = "the arc connects two places or two transitions";
+                let message =
+                    "the arc connects two places or two transitions, or leads to an outer gate";
                 self.fault(
                     node,
                     message,

@@ -294,7 +294,9 @@ impl Reader<'_> {
             "timer" => {
                 let tenths = value.and_then(tenths);
                 if tenths.is_none() {
-                    let message = "the timer's set value is missing or not a time".to_owned();
+                    let message =
+                        "the timer's set value is missing, or is not a time from 0.0s to 999.9s"
+                            .to_owned();
                     let help = "write 0.0s to 999.9s after the name: timer TM01 5.0s";
                     self.fault(statement, value.unwrap_or(name), message, help);
                 }
@@ -304,7 +306,7 @@ impl Reader<'_> {
                 let count = value.and_then(|text| text.parse().ok());
                 let count = count.filter(|count| (1..=9_999).contains(count));
                 if count.is_none() {
-                    let message = "the counter's set value is missing or not a number".to_owned();
+                    let message = "the counter's set value is missing, or is not a whole number from 1 to 9999".to_owned();
                     let help = "write 1 to 9999 after the name: counter CN01 10";
                     self.fault(statement, value.unwrap_or(name), message, help);
                 }
@@ -418,8 +420,10 @@ impl Reader<'_> {
         self.diagram.arbiters.push(Arbiter { head, transitions: Vec::new() });
         let names: Vec<&str> = rest.iter().skip(1).filter_map(|word| word.word()).collect();
         if names.len() < 2 || names.len() + 1 != rest.len() {
-            let message = "an arbiter needs at least two transitions".to_owned();
-            let help = "write them after a colon, the one with the highest priority first: arbiter A1 : T01 T02";
+            let message =
+                "an arbiter needs a colon, and after it only the names of two or more transitions"
+                    .to_owned();
+            let help = "write the transition with the highest priority first: arbiter A1 : T01 T02";
             self.fault(statement, name, message, help);
         }
         for name in names {
@@ -505,7 +509,7 @@ impl Reader<'_> {
                         self.diagram.arcs.push(Arc { place, transition, direction, line });
                     }
                     Err(why) => {
-                        let message = format!("an arc from {from} to {to}: {why}");
+                        let message = format!("there can be no arc from {from} to {to}: {why}");
                         let help = "connect a box, timer or counter with a transition; use * only for arcs to emergency-stop transitions";
                         self.fault_of(Code::NetArc, line, text, &from, message, help);
                     }
@@ -556,8 +560,8 @@ fn join(
             match (is_stop, is_emergency(transition)) {
                 (true, true) => Ok((place, transition, Direction::Stop)),
                 (false, false) => Ok((place, transition, Direction::Into)),
-                (true, false) => Err("an arc with * must lead to an emergency stop"),
-                (false, true) => Err("an emergency stop can have only arcs with *"),
+                (true, false) => Err("an arc with *-> must lead to an emergency stop"),
+                (false, true) => Err("all arcs to an emergency stop must be written *->"),
             }
         }
         (Named::Transition(transition), Named::Place(_)) if is_emergency(transition) => {
@@ -567,10 +571,10 @@ fn join(
             Ok((place, transition, Direction::OutOf))
         }
         (Named::Transition(_), Named::Place(_)) => {
-            Err("an arc with * must lead to an emergency stop")
+            Err("an arc with *-> must lead to an emergency stop")
         }
         (Named::Place(_), Named::Place(_)) => {
-            Err("both are boxes, so a transition is needed between them")
+            Err("both are boxes, timers or counters, so a transition is needed between them")
         }
         (Named::Transition(_), Named::Transition(_)) => {
             Err("both are transitions, so a box is needed between them")

@@ -75,7 +75,7 @@ fn what_is_no_net_is_told_with_its_line() {
         ("transition T\ntransition U\narc T -> U", 3, "both are transitions"),
         ("box B\ntransition T : B *-> ", 2, "is not allowed here"),
         ("box B\ntransition T\narc B *-> T", 3, "must lead to an emergency stop"),
-        ("box B\nstop T\narc B -> T", 3, "only arcs with *"),
+        ("box B\nstop T\narc B -> T", 3, "must be written *->"),
         ("box B\nstop T : *-> B", 2, "only removes marks"),
         ("outer E\ntransition T : E ->", 2, "an outer gate has no arcs"),
         ("box B\ntransition T : B", 2, "the `->` of T is missing"),
@@ -94,7 +94,7 @@ fn what_is_no_net_is_told_with_its_line() {
         ("box B = DM0100", 1, "is not a relay"),
         ("box B 5", 1, "a set value"),
         ("box B at 3", 1, "the drawing position"),
-        ("transition T\narbiter A : T", 2, "at least two transitions"),
+        ("transition T\narbiter A : T", 2, "two or more transitions"),
         ("box B extra", 1, "is not allowed here"),
     ];
     for (text, line, message) in cases {

@@ -21,10 +21,11 @@ pub fn write(diagram: &Diagram) -> Result<String, Vec<Diagnostic>> {
     let whole = |message: String| {
         vec![Diagnostic::file(Code::NetElement, &diagram.file, message, "use --to c200h")]
     };
-    let project = scanbound_iec::read(&diagram.file, &text(diagram))
-        .map_err(|faults| whole(format!("the net is not a chart: {}", faults[0].message)))?;
+    let project = scanbound_iec::read(&diagram.file, &text(diagram)).map_err(|faults| {
+        whole(format!("the net cannot be written as a chart: {}", faults[0].message))
+    })?;
     scanbound_iec::xml::write::project(&project)
-        .map_err(|why| whole(format!("the net is not a chart: {why}")))
+        .map_err(|why| whole(format!("the net cannot be written as a chart: {why}")))
 }
 
 fn refused(diagram: &Diagram) -> Vec<Diagnostic> {

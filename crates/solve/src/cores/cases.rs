@@ -18,10 +18,10 @@ use crate::trace::Step;
 use rayon::prelude::*;
 use std::cmp::Reverse;
 
-/// Problems with fewer clauses are solved directly.
+/// Problems with fewer clauses are not searched case by case.
 pub const FEWEST_CLAUSES: usize = 3_000;
 
-/// For problems with more clauses, examining a bit takes too long.
+/// Problems with more clauses are not searched case by case, because examining a bit takes too long.
 const MAX_CLAUSES: usize = 200_000;
 
 /// The number of bits that are examined to split a case.
@@ -34,10 +34,12 @@ const TOGETHER: usize = 4;
 /// The solver decisions that the search of a case may use in each partition before the case is split.
 pub const DECISIONS: u64 = 400_000;
 
-/// A case is split without a search if its upper bound is more than this many times the best scan ...
+/// A case is split without a search if its upper bound is more than this many times the time of the best scan found,
+/// and its best bit leaves less than [`WORTH`] of the bound for each of the bit's two values.
 const FAR: u64 = 2;
 
-/// ... unless even the best bit leaves more than 49/50 of the bound for one of its values.
+/// The fraction 49/50. A value of a bit lowers a case's bound noticeably only if less than this fraction of the bound
+/// remains.
 const WORTH: (u64, u64) = (49, 50);
 
 /// A case: the scans in which these literals are true.

@@ -30,7 +30,8 @@ pub(super) struct Ground<'a> {
     /// For each item of the clauses, the index of the original item. `None` if several items were combined.
     pub(super) origins: &'a [Option<usize>],
     pub(super) sizes: Sizes,
-    /// The bit variables that occur in most clauses; they are tried with both values.
+    /// The bit variables that occur in most clauses. They are tried with both values when the partitions' best scans
+    /// are combined to one scan.
     pub(super) modes: Vec<VarId>,
 }
 

@@ -7,8 +7,8 @@ use rustc_hash::FxHashMap;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A stratum ends if it has more than `DIVERSITY` times as many soft literals as different weights, or if the next
-/// weight is below a fraction of the stratum's first one.
+/// A stratum ends if it has more than `DIVERSITY` times as many soft literals as different weights, or if a weight is
+/// below 1/`DIVERSITY` of the stratum's first one.
 const DIVERSITY: usize = 2;
 
 /// The sort key of a soft literal: heaviest first, then by variable.

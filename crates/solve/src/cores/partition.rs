@@ -115,8 +115,9 @@ impl Partition {
         self.values = variables.map(|variable| asker.oracle.holds(variable)).collect();
     }
 
-    /// The next stratum after a positive answer, at most this many below. Strata that the model already satisfies
-    /// completely are skipped, except the last one.
+    /// The weight at which the next query's stratum ends, after a positive answer: at most `strata` strata below
+    /// `least`. Strata whose soft literals are all true in the solver's model are not counted. `None` if no soft
+    /// literal is lighter than `least`.
     fn stratum_below(&self, least: u64, oracle: &Oracle<'_>, strata: usize) -> Option<u64> {
         let mut next = self.objective.next_stratum(least)?;
         let mut left = strata - 1;

@@ -27,7 +27,8 @@ pub(super) struct PartitionSearch<'a, 'b> {
     pub(super) values: Vec<bool>,
     /// By variable: 1 or -1 if it is fixed to true or false in the current case. Empty if there are no cases.
     pub(super) fixed: &'a [i8],
-    /// The bits that occur in most clauses.
+    /// The bit variables that occur in most clauses. They are tried with both values when the partitions' best scans
+    /// are combined to one scan.
     pub(super) modes: &'a [VarId],
 }
 

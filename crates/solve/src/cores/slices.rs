@@ -32,8 +32,8 @@ pub struct Slices {
 }
 
 impl Slices {
-    /// The slices of these soft literals, which must be unassigned on the trail. None if they are more than
-    /// [`MAX_SOFT`].
+    /// The slices of these soft literals, which must be unassigned on the trail. The result is empty if there are more
+    /// than [`MAX_SOFT`] soft literals.
     pub fn of(softs: &[(i32, u64)], trail: &mut Propagator) -> Slices {
         let mut found = Slices::default();
         if softs.len() > MAX_SOFT {

@@ -33,7 +33,7 @@ pub struct UnstatedPoints {
 /// The largest number of points that a CPU can have, and how much longer their refresh takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MorePoints {
-    /// The number of points.
+    /// The largest number of points that the CPU can have.
     pub points: u32,
     /// The time by which the refresh of `points` points is longer than that of the points charged.
     pub more: Picos,
@@ -90,7 +90,7 @@ struct PointRows<'a> {
     /// and the base units are not. If the points are counted by the addresses that the program names, they are in
     /// blocks of sixteen. A module occupies whole blocks, so each block is on one base unit.
     splits: bool,
-    /// The number of points that the CPU can address.
+    /// The number of points that the CPU can address. `None` if it is unknown.
     most: Option<u32>,
 }
 
@@ -254,7 +254,7 @@ pub fn refresh(
             continue;
         }
         let (points, origin) = match stated {
-            Some(stated) => (stated, format!("{stated} {name} points as stated")),
+            Some(stated) => (stated, format!("{stated} {name} points, as stated")),
             None => own_points(program, name, role, most.as_ref()),
         };
         let base = facts.base.as_deref();
@@ -389,7 +389,7 @@ pub fn own_points(
         return (counted, why);
     }
     let Some(highest) = highest(program, role, most) else {
-        return (0, format!("the program uses no {side}"));
+        return (0, format!("0 {side} points, since the program uses no {side}"));
     };
     let points = highest.cell.index.saturating_add(1).div_ceil(16).saturating_mul(16);
     let counted = most.map_or(points, |most| points.min(most));

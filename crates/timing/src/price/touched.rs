@@ -6,8 +6,8 @@ use scanbound_ir::{
 };
 use std::collections::BTreeMap;
 
-/// The smallest number of cells that are counted of a longer range if the instruction's meaning does not say how many
-/// it accesses. If twice its units are more, these are counted.
+/// If the instruction's meaning does not say how many cells of a range it accesses, twice as many cells as the
+/// instruction has units are counted, or this number if that is larger, but never more than the range has.
 const LEAST_RANGE: u64 = 8;
 /// A range with more cells than this has an unknown end: only its first cell counts as used.
 const MAX_CELLS: u32 = 1 << 24;
@@ -30,7 +30,7 @@ pub struct OfArea {
     pub area: AreaId,
     /// The number of cells. A cell that is mentioned twice counts twice.
     pub count: u64,
-    /// The highest index of these cells that the instruction certainly names. `None` if it names only the area.
+    /// The highest index among the cells that the instruction certainly names. `None` if it names only the area.
     pub highest: Option<u32>,
 }
 

@@ -16,7 +16,7 @@ pub use parse::{Override, Parsed, parse_override};
 #[cfg(test)]
 pub(crate) use parse::{POINTS, SINGLE, VARIED};
 
-/// The timing classes. Every built-in table has an `@class` row for each.
+/// The timing classes. Every built-in table that names a CPU family has an `@class` row for each of them.
 pub const CLASSES: [&str; 39] = [
     "arithmetic",
     "arithmetic-double",
@@ -77,7 +77,7 @@ impl Evidence {
     pub const ALL: [Evidence; 4] =
         [Evidence::Published, Evidence::Measured, Evidence::Stated, Evidence::Assumed];
 
-    /// The word for it in tables and reports.
+    /// The word for the kind of evidence in tables and reports.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -100,11 +100,11 @@ impl fmt::Display for Evidence {
 pub struct Row {
     /// The name as written: an instruction, an instruction with a variant (`OUT:T`), or an `@` row.
     pub name: String,
-    /// The on-time. For `@` rows with only one number, that number.
+    /// The on-time. For an `@` row (a class of instructions, or a part of the scan) with only one number, that number.
     pub on: Picos,
     /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
-    /// Added to `on` for each unit.
+    /// The time that is added to `on` for each unit.
     pub per_unit: Picos,
     /// What is counted as a unit: words, digits or points. Empty if nothing is.
     pub unit: String,
@@ -157,7 +157,7 @@ pub fn taken_off(millionths: u64, time: Picos) -> Picos {
 /// The largest number of inputs or outputs that a CPU refreshes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MostPoints {
-    /// The number of points.
+    /// The largest number of points.
     pub points: u32,
     /// The evidence for the number of points.
     pub evidence: Evidence,
@@ -172,11 +172,11 @@ pub struct Table {
     pub name: String,
     /// What the table is for, in one line. Empty if the table does not say.
     pub title: String,
-    /// The date of the table's last change, such as `2026-11-21`.
+    /// The date of the table's last change, such as `2026-11-21`. `None` if the table does not say.
     pub date: Option<String>,
     /// The SHA-256 of the bytes of the table's file.
     pub sha256: String,
-    /// The CPU family whose instruction set the table prices, such as `q` or `fx5`.
+    /// The CPU family whose instruction set the table prices, such as `q` or `fx5`. `None` if the table names none.
     pub family: Option<String>,
     /// The CPUs for which the table is, in upper case, without the word CPU.
     pub cpus: Vec<String>,

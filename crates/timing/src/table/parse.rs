@@ -33,11 +33,11 @@ pub struct Override {
 /// The largest time that a row may have: far longer than any watchdog waits, and short enough that sums do not
 /// overflow.
 const LONGEST: Picos = Picos(10_000_000_000_000);
-/// Further faults are counted, not listed.
+/// The largest number of faults of a table that are listed. Further ones are only counted.
 const MAX_FAULTS: usize = 1000;
-/// Further unknown columns are counted, not listed.
+/// The largest number of unknown columns that are listed. Further ones are only counted.
 const MAX_WARNINGS: usize = 20;
-/// A message shows at most this many characters of a line.
+/// The largest number of characters of a line that a message shows.
 const SHOWN: usize = 200;
 
 /// The columns of a table that are used. Others are ignored with a warning.
@@ -77,7 +77,8 @@ impl Column {
     }
 }
 
-/// `@` rows with one number. The module `price` charges them for a scan; a test checks that it charges all of them.
+/// `@` rows with one number. The module `price` charges them for a scan, except `@watchdog` and the two delays, which
+/// are no part of a scan. A test checks that all others are charged.
 pub(crate) const SINGLE: [&str; 15] = [
     "@end",
     "@further-program",
@@ -100,7 +101,7 @@ pub(crate) const VARIED: [&str; 8] =
     ["@end", "@network", "@input", "@input8", "@input16", "@output", "@output8", "@output16"];
 /// Rows whose second field is a number of points.
 pub(crate) const POINTS: [&str; 2] = ["@max-inputs", "@max-outputs"];
-/// No PLC has more inputs or outputs.
+/// The largest number of inputs or outputs that a table may give. No PLC has more.
 const MAX_POINTS: u32 = 65_536;
 /// Rows whose second field is text.
 const TEXT: [&str; 6] = ["@base", "@cpu", "@date", "@family", "@note", "@title"];
@@ -344,7 +345,7 @@ impl<'a> Reader<'a> {
             && cells[self.columns.len()..].iter().any(|c| !c.is_empty())
         {
             let message = format!(
-                "the row has {} fields, the table {} columns",
+                "the row has {} fields, but the table has {} columns",
                 cells.len(),
                 self.columns.len()
             );
@@ -407,7 +408,7 @@ impl<'a> Reader<'a> {
         {
             let cell = fields.get(column);
             let message = format!(
-                "the row {name} takes only one time, but it has {} as a second one",
+                "the row {name} takes only one time, in on_us, but its column {} is not empty",
                 column.name()
             );
             self.fault_at(fields, Code::TableRow, cell, message, "leave the field empty");

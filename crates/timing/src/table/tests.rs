@@ -54,14 +54,14 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     assert_eq!(fault("MOV,0.0000001,2"), "on_us is '0.0000001': finer than a picosecond");
     assert!(fault("MOV,10000000.1,2").contains("more than 10 s"));
     assert!(fault("MOV,99999999999999999999,2").contains("more than 10 s"));
-    assert_eq!(fault("MOV,0,08,0,08"), "the row has 5 fields, the table 3 columns");
+    assert_eq!(fault("MOV,0,08,0,08"), "the row has 5 fields, but the table has 3 columns");
     assert_eq!(fault("\"MOV,1,2"), "a double quote is not closed");
     assert_eq!(fault(",1,2"), "the row has no instruction");
     assert_eq!(fault("@ned,1,"), "'@ned' is not a known @ row");
     assert_eq!(fault("@+,1,"), "'@+' is not a known @ row");
     assert_eq!(
         fault("@end,1,2"),
-        "the row @end takes only one time, but it has off_us as a second one"
+        "the row @end takes only one time, in on_us, but its column off_us is not empty"
     );
     assert_eq!(fault("@factor,0.9,"), "the factor '0.9' is not a decimal from 1 to 10");
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
