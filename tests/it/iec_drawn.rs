@@ -3,7 +3,9 @@
 
 use crate::common::iec::xml as iec_xml;
 
-use iec_xml::{RAIL, at, block, bound, bound_of, chart, coil, contact, may, out, project, wired};
+use iec_xml::{
+    RAIL, as_drawn, at, block, bound, bound_of, chart, coil, contact, may, out, project, wired,
+};
 use scanbound::iec::chart::coactive;
 
 #[test]
@@ -367,4 +369,90 @@ fn steps_have_actions_on_entry_while_active_and_on_exit() {
     refused("01580b27-6378-448b-8ecb-0e4b795b58d6", "TRUE", "excluded");
     refused("cacf1a68-236e-47c2-b7b1-1cf9199718cb", "T#2s", "least time");
     refused("00000000-0000-0000-0000-000000000000", "first", "names an action");
+}
+
+#[test]
+fn expressions_cost_what_generators_write() {
+    let own = |id: u32, of: &str, from: &[u32]| {
+        let from: Vec<(u32, &str)> = from.iter().map(|id| (*id, "")).collect();
+        at("contact", id, &from, &format!("<variable>{of}</variable>"))
+    };
+    let ends = |from: &[u32]| {
+        let from: Vec<(u32, &str)> = from.iter().map(|id| (*id, "")).collect();
+        at("coil", 9, &from, "<variable>x</variable>")
+    };
+    let (c, a, b) = (own(1, "c", &[0]), own(2, "a", &[1]), own(3, "b", &[1]));
+    let fork = format!("{c}{a}{b}");
+    for (drawn, [loads, ands, ors]) in [
+        // x := (a OR b) AND c
+        (fork.clone() + &ends(&[2, 3]), [3, 1, 1]),
+        // x := (a OR b) AND c OR d
+        (fork.clone() + &own(4, "d", &[0]) + &ends(&[2, 3, 4]), [4, 1, 2]),
+        // x := d AND (a OR b) AND c
+        (fork.clone() + &own(4, "d", &[2, 3]) + &ends(&[4]), [4, 2, 1]),
+        // x := d AND (a OR b) AND c OR e AND c
+        (fork.clone() + &own(4, "d", &[2, 3]) + &own(5, "e", &[1]) + &ends(&[4, 5]), [6, 3, 2]),
+        // c := TRUE; x := a AND TRUE
+        (coil(1, 0, "c") + &own(2, "a", &[1]) + &ends(&[2]), [1, 1, 0]),
+        // c := a; x := b AND a
+        (own(1, "a", &[0]) + &coil(2, 1, "c") + &own(3, "b", &[2]) + &ends(&[3]), [3, 1, 0]),
+    ] {
+        let variables = "b:BOOL c:BOOL d:BOOL e:BOOL x:BOOL";
+        let text = project("", variables, &format!("<LD>{RAIL}{drawn}</LD>"), "FALSE");
+        for (row, times) in [("LD", loads), ("AND", ands), ("OR", ors)] {
+            assert_eq!(bound_of(&text, row), Ok(times), "{row}: {drawn}");
+        }
+    }
+}
+
+#[test]
+fn a_block_that_an_expression_calls_may_change_its_contacts() {
+    let unit = "<pou name=\"B\" pouType=\"functionBlock\"><interface><inputVars><variable name=\"u\"><type><BOOL/></type></variable></inputVars>\
+                <outputVars><variable name=\"o\"><type><BOOL/></type></variable></outputVars></interface>\
+                <body><ST><p>v := FALSE; o := FALSE;</p></ST></body></pou>";
+    // Where v was on, x is on for those who looked at it before, and for generators where v is off.
+    for (fork, negated) in [(true, true), (true, false), (false, true), (false, false)] {
+        let read = contact(1, &format!("negated=\"{negated}\""), 0, "v");
+        let taken = if fork { coil(2, 1, "y") } else { String::new() };
+        let called = block(3, "typeName=\"B\" instanceName=\"b\"", &[("u", (0, ""))], &["o"]);
+        let called = called.replace("x=\"3\"", "x=\"5\"");
+        let ends = at("coil", 4, &[(1, ""), (3, "o")], "<variable>x</variable>");
+        let first = coil(9, 0, "v").replace("x=\"9\"", "x=\"0\"");
+        let body = format!("<LD>{RAIL}{first}{read}{taken}{called}{ends}</LD>");
+        for condition in ["x", "NOT x"] {
+            assert!(may(unit, "b:B v:BOOL x:BOOL y:BOOL", &body, condition), "{condition} {body}");
+        }
+    }
+}
+
+#[test]
+fn texts_and_structures_are_copied_into_the_results_of_functions() {
+    const TYPES: &str = "<dataTypes><dataType name=\"S\"><baseType><struct><variable name=\"p\"><type><INT/></type></variable></struct></baseType></dataType></dataTypes>";
+    let variable = |ty: &str| {
+        let ty = ty.to_owned();
+        move |name: &str| format!("<variable name=\"{name}\"><type>{ty}</type></variable>")
+    };
+    let drawn = |ty: &str| {
+        let drawn = block(2, "typeName=\"MOVE\"", &[("IN", (1, ""))], &["OUT"]);
+        let body = format!("<FBD>{}{drawn}{}</FBD>", wired(1, "s"), out(3, (2, "OUT"), "t"));
+        let text = project("", "", &body, "FALSE");
+        let variables: String = ["s", "t"].map(&variable(ty)).concat();
+        let own = format!("<interface><localVars>{variables}</localVars></interface>");
+        text.replacen("<interface/>", &own, 1).replace("<dataTypes/>", TYPES)
+    };
+    let written = |ty: &str| {
+        let variables: String = ["s", "t", "r"].map(&variable(ty)).concat();
+        let text = project("", "", "<ST><p>r := MOVE(s); t := r;</p></ST>", "FALSE");
+        let own = format!("<interface><localVars>{variables}</localVars></interface>");
+        text.replacen("<interface/>", &own, 1).replace("<dataTypes/>", TYPES)
+    };
+    for (ty, row) in [("<string/>", "COPY_TEXT"), ("<derived name=\"S\"/>", "COPY")] {
+        let generated = bound_of(&drawn(ty), row).expect("a bound");
+        assert_eq!(Ok(generated), bound_of(&written(ty), row), "{ty}");
+        assert!(generated >= 2, "{ty}: {generated}");
+    }
+    assert!(
+        bound_of(&as_drawn(&drawn("<string/>")), "COPY_TEXT")
+            < bound_of(&drawn("<string/>"), "COPY_TEXT")
+    );
 }

@@ -672,3 +672,25 @@ fn generators_leave_out_jumps_and_functions_that_are_given_nothing() {
         project(&units, "v:BOOL", &format!("<FBD>{}{function}</FBD>", wired(1, "v")), "FALSE");
     assert!(bound(&text).expect("a bound") >= 2);
 }
+
+#[test]
+fn pins_that_generators_would_swap_are_refused() {
+    let drawn = |of: &str, pins: [&str; 2]| {
+        let pins = [(pins[0], (1, "")), (pins[1], (2, ""))];
+        let drawn = block(3, &format!("typeName=\"{of}\""), &pins, &["OUT"]);
+        let body = format!(
+            "<FBD>{}{}{drawn}{}</FBD>",
+            wired(1, "i"),
+            wired(2, "k"),
+            out(4, (3, "OUT"), "x")
+        );
+        project("", "i:INT k:INT x:BOOL", &body, "TRUE")
+    };
+    for of in ["GT", "&lt;="] {
+        let swapped = drawn(of, ["IN2", "IN1"]);
+        assert!(refusal(&swapped).contains("the order of their names"));
+        assert!(bound(&as_drawn(&swapped)).is_ok());
+        assert!(bound(&drawn(of, ["IN1", "IN2"])).is_ok());
+    }
+    assert!(bound(&drawn("EQ", ["IN2", "IN1"])).is_ok());
+}

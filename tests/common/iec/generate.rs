@@ -204,7 +204,8 @@ impl Draw<'_> {
             })
             .collect();
         // Inputs may stand in any order: they have names. The run takes them in that of the function.
-        let reversed = name != "SEL" && enable.is_none() && self.dice.chance(4);
+        let reversed =
+            !["SEL", "GT", "LT"].contains(&name) && enable.is_none() && self.dice.chance(4);
         let has_enable = enable.is_some();
         if reversed {
             inputs.reverse();

@@ -1,7 +1,7 @@
 //! Refuses drawings of which generators of text (Beremiz, OpenPLC) make something else than they show.
 
 use crate::ast::{Expr, Operator};
-use crate::drawing::{Connection, Drawing, Element, ElementId, ElementKind, Given};
+use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
 use crate::fault::Fault;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
@@ -21,6 +21,10 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
         if takes_copy(drawing, one) {
             let what = "generators copy what an instance gives to a pin that is handed over in and out, and what such a pin of an instance gives back";
             return refused(what, "connect the variable itself to every element that uses it");
+        }
+        if one.block().is_some_and(is_swapped) {
+            let what = "generators hand its pins over as the file has them, which is not the order of their names";
+            return refused(what, "draw the block anew");
         }
         if is_pasted(drawing, one) {
             let what =
@@ -53,6 +57,18 @@ fn takes_copy(drawing: &Drawing, one: &Element) -> bool {
         Given::Written(_) | Given::Nothing => &[],
     });
     one.sources().any(gives_back) || handed.any(|from| drawing.element(from.from).is_instance())
+}
+
+/// Whether the pins of a function that may have more of them, and of which the order matters, stand in another order.
+fn is_swapped(block: &Block) -> bool {
+    const FUNCTIONS: &[&str] = &["GT", "GE", "LT", "LE", "MUX", "CONCAT"];
+    let name = block.function.as_ref().ok().and_then(|path| path.as_name());
+    let is_one =
+        name.is_some_and(|name| FUNCTIONS.iter().any(|own| name.eq_ignore_ascii_case(own)));
+    let number = |name: &str| name.to_ascii_uppercase().strip_prefix("IN")?.parse::<u32>().ok();
+    let pins = block.inputs.iter().filter(|pin| !pin.name.eq_ignore_ascii_case("EN"));
+    let numbers: Vec<_> = pins.map(|pin| number(&pin.name)).collect();
+    is_one && block.instance.is_none() && !numbers.is_sorted()
 }
 
 /// Whether OR or XOR is written next to AND without parentheses, in front of an element.

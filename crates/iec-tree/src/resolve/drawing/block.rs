@@ -6,6 +6,7 @@ use super::super::resolver::Resolver;
 use super::state::{Drawer, Key, Output, Use, at_element, resolved};
 use super::worth::Worth;
 use crate::blocks::StandardBlock;
+use crate::declarations::VarId;
 use crate::show;
 use crate::tree::StatementKind;
 use crate::types::Type;
@@ -189,7 +190,6 @@ impl<'d> Drawer<'_, '_, 'd> {
         if !enable.is(true) || !self.sheet.drawing.is_executed_as_drawn && gives_to_enable(block) {
             all.push(Given { name: Some("EN"), side: Side::In(enable.value()) });
         }
-        self.begins_anew(id, block);
         let path = block.function.clone()?;
         let of = scanbound_iec::show::path(&path);
         let scope = self.sheet.scope;
@@ -203,6 +203,16 @@ impl<'d> Drawer<'_, '_, 'd> {
         let called = self.resolver.called(scope, &path, &all, one.line);
         let called =
             called.unwrap_or_else(|fault| self.resolver.faulty(at_element(one, fault), one.line));
+        // Generators declare a variable for each result, into which texts and structures are copied.
+        let is_large = matches!(
+            self.resolver.tree.types.get(called.ty),
+            Type::Text(_) | Type::Array(..) | Type::Struct(_)
+        );
+        if is_large && !self.sheet.drawing.is_executed_as_drawn {
+            let key = self.result_key((id, first_output(block)));
+            self.variable(key, called.ty);
+        }
+        self.begins_anew(id, block);
         match self.result_taker((id, first_output(block))) {
             Taker::Kept(temporary) => {
                 self.keep(one.line, temporary, called, Some(shown));
@@ -303,6 +313,10 @@ impl<'d> Drawer<'_, '_, 'd> {
         let enable =
             block.outputs.iter().map(|pin| pin.name.as_str()).find(|name| is_enabled(name));
         for output in block.results().chain(enable) {
+            let result = self.hidden.variables.get(&self.result_key((id, output)));
+            if result.is_some_and(|id| !self.resolver.is_elementary(*id)) {
+                continue;
+            }
             let ty = self.output_type(id, output, &mut BTreeSet::new());
             let ty = ty.unwrap_or_else(|| self.resolver.bool());
             self.variable((Use::Begun, (id, output), 1), ty);
@@ -437,6 +451,10 @@ impl<'d> Drawer<'_, '_, 'd> {
 }
 
 impl Resolver<'_> {
+    fn is_elementary(&self, id: VarId) -> bool {
+        matches!(self.tree.types.get(self.tree.variable(id).ty), Type::Elementary(_))
+    }
+
     /// Whether the first output of a function is one that a function or a method of its name declares.
     fn declares_output(&self, block: &Block) -> bool {
         let Ok(path) = &block.function else { return false };

@@ -153,6 +153,12 @@ impl<'d> Drawer<'_, '_, 'd> {
             };
             values.insert(operand, value);
         }
+        // Blocks that were called for the expression may have changed what was looked at before.
+        let mut looked =
+            text.visited.iter().map(|(output, _)| Held::Output(output.0, output.1.to_owned()));
+        if looked.any(|held| self.has_changed(&held)) {
+            self.looks_again();
+        }
         Ok(match &text.path {
             Some(path) => self.of_path(path, &values, line),
             None => self.truth(false, line),
@@ -189,9 +195,14 @@ impl<'d> Drawer<'_, '_, 'd> {
             let touched = self.resolver.touched_by(&value.expr);
             self.progress.stored.insert(held, (touched, self.progress.all.len()));
         } else if self.has_changed(&held) {
-            self.hidden.looks_again = true;
-            self.hidden.is_stale = true;
+            self.looks_again();
         }
+    }
+
+    /// All is done anew, and what is looked at is stored.
+    fn looks_again(&mut self) {
+        self.hidden.is_stale |= !self.hidden.looks_again;
+        self.hidden.looks_again = true;
     }
 
     /// Executes the instances with which a loop begins where an element of it is looked at.
@@ -260,7 +271,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             }
             _ => found,
         };
-        let value = match is_plain || one.uses < 2 {
+        let is_stored = one.uses >= 2 || self.hidden.looks_again;
+        let value = match is_plain || !is_stored {
             true => value,
             false if self.is_written() => {
                 self.note_look(key, &value);
