@@ -352,3 +352,33 @@ fn no_lower_bound_rests_on_how_often_a_scan_looks_at_the_clock() {
         }
     }
 }
+
+#[test]
+fn a_transition_without_a_priority_may_come_before_those_with_one_or_after_them() {
+    // In this order S9 is active for the first condition, and no longer for the third one.
+    let text = |conditions: [&str; 2]| {
+        format!(
+            "INITIAL_STEP S: END_STEP STEP S0: END_STEP STEP S9: END_STEP STEP S8: END_STEP
+             STEP S1: A0(P); END_STEP STEP S2: A1(P); END_STEP
+             TRANSITION FROM S TO (S0, S9) := TRUE; END_TRANSITION
+             TRANSITION FROM S0 TO S1 := {}; END_TRANSITION
+             TRANSITION (PRIORITY := 1) FROM S9 TO S8 := a; END_TRANSITION
+             TRANSITION FROM S0 TO S2 := {}; END_TRANSITION
+             ACTION A0: C0(); END_ACTION
+             ACTION A1: C1(); END_ACTION",
+            conditions[0], conditions[1]
+        )
+    };
+    let early = "\"a transition with a priority ends its steps at once\" = true\n";
+    for conditions in [["S9.X", "NOT S9.X"], ["S9.X OR FALSE", "NOT S9.X OR FALSE"]] {
+        for facts in ["", "[sfc]\nselection = 'all'\n"] {
+            for facts in [facts.to_owned(), format!("{facts}[controller]\n{early}")] {
+                for trust in TRUSTS {
+                    let (upper, lower) = bounds(&text(conditions), &facts, trust);
+                    // Three transitions clear.
+                    assert!(upper >= 46 && lower <= 46, "{lower} {upper} {conditions:?} {facts}");
+                }
+            }
+        }
+    }
+}

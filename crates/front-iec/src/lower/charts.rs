@@ -15,7 +15,9 @@ use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::chart::{Chart as Written, Qualifier};
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
+use scanbound_iec_tree::code::{Call, Place};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
 use scanbound_iec_tree::tree::{ExprKind, Statement};
 use scanbound_ir::{Cell, Logic, Step, Tag};
@@ -215,9 +217,22 @@ impl<'t> Lower<'t> {
         self.write(none);
         let mut entering = vec![Vec::new(); chart.steps.len()];
         let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
+        let early = self.flags_before_priorities(own);
+        let mut ended: Option<Vec<(Cell, Logic, Logic)>> = None;
         for (number, one) in chart.transitions.iter().enumerate() {
             if self.is_late() {
                 return;
+            }
+            if !one.has_priority {
+                // Those with priorities come first here.
+                let ended = ended.get_or_insert_with(|| {
+                    let gone = |(cell, flag): &(Cell, Logic)| {
+                        let gone = all([flag.clone(), Logic::cell(*cell).not()]);
+                        (*cell, flag.clone(), self.keep_bit(gone))
+                    };
+                    early.iter().map(gone).collect()
+                });
+                self.flags_end_in_any_order(own, number, ended);
             }
             let text = format!("TRANSITION {}", chart.transition_name(number));
             self.at(one.line, &text);
@@ -272,6 +287,39 @@ impl<'t> Lower<'t> {
         fires: Logic,
     ) {
         self.assembler().builder.add(Some(key), effects, Step::Act { fires });
+    }
+
+    /// The flags, as they are now, of the steps that transitions with priorities end at once, if transitions without
+    /// one may come before them on such controllers (matiec).
+    fn flags_before_priorities(&mut self, own: &Own<'_>) -> Vec<(Cell, Logic)> {
+        let all = &own.written.transitions;
+        if self.options.charts.actions_first || all.iter().all(|one| one.has_priority) {
+            return Vec::new();
+        }
+        let ended = all.iter().filter(|one| one.has_priority).flat_map(|one| &one.from);
+        let ended: BTreeSet<usize> = ended.copied().collect();
+        let cells = ended.into_iter().map(|step| own.memory.steps[step]);
+        cells.map(|cell| (cell, self.keep_bit(Logic::cell(cell)))).collect()
+    }
+
+    /// A transition without a priority may come before those with priorities, or after them: it may see the flags of
+    /// the steps that these ended, or not. `ended`: the cell of each such flag, what it was, and whether it has ended.
+    fn flags_end_in_any_order(
+        &mut self,
+        own: &Own<'_>,
+        number: usize,
+        ended: &[(Cell, Logic, Logic)],
+    ) {
+        let mut asks = AsksFlags(false);
+        accesses::of_expr(&own.chart.conditions[number], &mut asks);
+        let from = &own.written.transitions[number].from;
+        for (cell, flag, gone) in ended {
+            if asks.0 || from.iter().any(|&step| own.memory.steps[step] == *cell) {
+                let is_after = self.left_open();
+                let off = all([gone.clone(), is_after]).not();
+                self.write(vec![set(*cell, all([flag.clone(), off]))]);
+            }
+        }
     }
 
     /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions
@@ -406,6 +454,23 @@ impl<'t> Lower<'t> {
         self.leave(around);
         self.land(skip);
         self.landing();
+    }
+}
+
+/// Whether a condition asks for the flag of a step, or may do so in what it calls.
+struct AsksFlags(bool);
+
+impl Accesses for AsksFlags {
+    fn reads(&mut self, _: &Place) {}
+    fn writes(&mut self, _: &Place) {}
+    fn takes_address(&mut self, _: &Place) {}
+
+    fn asks(&mut self, _: &StepFlag) {
+        self.0 = true;
+    }
+
+    fn calls(&mut self, _: &Call) {
+        self.0 = true;
     }
 }
 
