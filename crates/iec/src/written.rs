@@ -134,7 +134,9 @@ impl<'d> Walk<'d, '_> {
             return None;
         }
         let one = self.drawing.element(id);
-        let visit = if has_edge(one) { self.visits } else { 0 };
+        // Generators look at no edge of what is negated.
+        let looks_at_edge = has_edge(one) && !(self.first && one.negated_in);
+        let visit = if looks_at_edge { self.visits } else { 0 };
         let own = ((id, ""), visit);
         let path = match &one.kind {
             ElementKind::LeftRail => return Some(Rc::new(Path::Power)),

@@ -240,8 +240,8 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
-/// Refuses contacts, blocks and expressions that lead to none of these: whether a controller looks at them is not known.
-/// Generators leave expressions out.
+/// Refuses contacts, blocks and expressions that lead to none of these: whether a controller looks at them is not
+/// known. Generators leave expressions out.
 pub(super) fn leads_to_something(
     drawing: &Drawing,
     ends: impl IntoIterator<Item = ElementId>,
