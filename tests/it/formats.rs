@@ -266,10 +266,17 @@ fn reports_in_the_directory_of_the_programs_are_not_taken_for_programs() {
     let annotations = ["check", "old.il", "--limit", "1us", "--format", "github"];
     let output = scanbound(&[&annotations[..], &HOW].concat(), directory.path());
     fs::write(programs.join("annotations.txt"), output.stdout).expect("written");
+    let chart = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/sfc/line.st");
+    let others: [&[&str]; 3] = [&["sfc", chart], &["explain", "MOV"], &["explain", "no-time"]];
+    for (number, command) in others.iter().enumerate() {
+        let output = scanbound(command, directory.path());
+        assert_eq!(output.status.code(), Some(0), "{}", told(&output));
+        fs::write(programs.join(format!("other-{number}.txt")), output.stdout).expect("written");
+    }
     let output = scanbound(&[&["audit", "programs"][..], &HOW].concat(), directory.path());
     assert_eq!(output.status.code(), Some(0), "{}", told(&output));
     // Besides the reports, the annotations and the program.
-    assert_eq!(fs::read_dir(&programs).expect("a directory").count(), written + 2);
+    assert_eq!(fs::read_dir(&programs).expect("a directory").count(), written + 5);
 }
 
 #[test]

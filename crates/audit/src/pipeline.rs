@@ -307,7 +307,8 @@ const MANY: u64 = 10_000;
 /// bound.
 ///
 /// Following may change the program: it may replace reads by any value, or follow summarised loops after all. In that
-/// case these runs are discarded, and new ones are made after the search.
+/// case these runs are discarded, and new ones are made after the search. If it only excludes more scans, the longest of
+/// these runs is repeated in the changed program.
 struct LowerBoundSearch {
     /// The program as it was before the analysis followed it.
     program: Program,
@@ -320,8 +321,15 @@ impl LowerBoundSearch {
     /// going to change.
     fn of(limited: &SizeLimited, request: &Request<'_>) -> Option<LowerBoundSearch> {
         let is_worth_it = limited.executed >= MANY && !trusts_relays(&limited.program, request);
+        // No lower bound rests on a present value that others wrote without its flag.
+        let program = || {
+            let mut program = limited.program.clone();
+            let consistency = limited.program.timekeeping.consistency.values();
+            program.invariants.extend(consistency.flatten().cloned());
+            program
+        };
         is_worth_it.then(|| LowerBoundSearch {
-            program: limited.program.clone(),
+            program: program(),
             least: limited.prices.least_times(),
             deadline: request.time_limit.map(|limit| limited.start + limit),
         })
@@ -434,7 +442,7 @@ impl SearchedProject<'_> {
     ) -> Result<Concluded, Failure> {
         let SearchedProject { mut followed, delays, searched, runs } = self;
         let runs = match (runs, early) {
-            (Runs::OtherThread, Some(found)) => Runs::Early(found.map_err(Failure::Internal)?),
+            (Runs::OtherThread, Some(found)) => Runs::Beside(found.map_err(Failure::Internal)?),
             (runs, _) => runs,
         };
         let budget = followed.budget(request);

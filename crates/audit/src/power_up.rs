@@ -84,7 +84,7 @@ pub fn run(
         }
         let mut some = some.to_vec();
         if round == 1
-            && let Some(start) = search.first_scan(&found.knowledge, &outside)
+            && let Some(start) = search.first_scan(found, &outside)
         {
             first = start;
             some.insert(0, InputPlan { before: EarlierInputs::First, waits: false });

@@ -49,6 +49,8 @@ pub struct RunResults {
     /// True if it was not decided whether any scan can start in the state in which the longest real run starts. Unless
     /// a run from power-up leads to the longest real run, no lower bound may then rest on it.
     pub is_start_undecided: bool,
+    /// The number of gates of the last model in which a longer run was searched for. 0 if there was none.
+    pub gates: usize,
 }
 
 impl RunResults {
@@ -60,6 +62,7 @@ impl RunResults {
             knowledge,
             violations: Violations::default(),
             is_start_undecided: false,
+            gates: 0,
         };
         learn(&mut found.knowledge, &mut found.best);
         found.violations.note(program, &found.best, None);
@@ -144,6 +147,26 @@ impl RunSearch<'_> {
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
+    /// Repeats the longest of these runs, which were made in a program that has the same instructions, but knows less
+    /// about the start of a scan and about timers ([`has_same_instructions`]). If the run turns out to be impossible,
+    /// the search goes on.
+    ///
+    /// # Errors
+    /// As for [`Self::search_early`].
+    pub fn repeated(&self, early: EarlyRuns) -> Result<EarlyRuns, String> {
+        let EarlyRuns { mut found, mut goes_on, mut gates } = early;
+        found.best = self.real(&found.witness)?;
+        learn(&mut found.knowledge, &mut found.best);
+        // An earlier run may have violated a fact in a scan that this program excludes.
+        found.violations = Violations::default();
+        found.violations.note(self.program, &found.best, None);
+        if !found.best.is_possible() {
+            gates = 0;
+            goes_on = self.go_on(&mut found, None, &mut gates)?;
+        }
+        Ok(EarlyRuns { found, goes_on, gates })
+    }
+
     /// Makes a real run of the model's longest scan, which takes `upper`, in addition to the `early` runs, and makes
     /// further rounds if it is the longest. `Err` if an operation wrote a cell that its effects do not declare, or if a
     /// run takes longer than `upper`.
@@ -211,6 +234,7 @@ impl RunSearch<'_> {
                 break;
             }
             let Some(model) = self.model_of(&found.knowledge) else { break };
+            found.gates = model.circuit.nodes().len();
             let before = *gates;
             let Some((start, most)) = self.longest_known(&model, &summary, gates) else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
@@ -266,12 +290,11 @@ impl RunSearch<'_> {
 
     /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
     /// model is too large, or nothing is known of it.
-    pub(super) fn first_scan(
-        &self,
-        knowledge: &Knowledge,
-        outside: &Outside<'_>,
-    ) -> Option<Witness> {
-        let mut model = self.model_of(knowledge)?;
+    pub(super) fn first_scan(&self, found: &RunResults, outside: &Outside<'_>) -> Option<Witness> {
+        if found.gates > LARGEST_FIRST {
+            return None;
+        }
+        let mut model = self.model_of(&found.knowledge)?;
         if model.circuit.nodes().len() > LARGEST_FIRST {
             return None;
         }
@@ -384,6 +407,16 @@ impl RunSearch<'_> {
         let values = model.circuit.evaluate(&all);
         model.constraints.iter().all(|&holds| values.get(holds)).then_some((all, most))
     }
+}
+
+/// Whether two programs differ in nothing but the invariants and what is known of their timers.
+pub(super) fn has_same_instructions(one: &Program, other: &Program) -> bool {
+    let alike = Program {
+        invariants: one.invariants.clone(),
+        timekeeping: one.timekeeping.clone(),
+        ..other.clone()
+    };
+    alike == *one
 }
 
 /// Whether a run is less than 1/`WORTH` longer than the best one. Never if one of the two is impossible: such a run

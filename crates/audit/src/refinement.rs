@@ -39,6 +39,8 @@ pub enum Runs {
     Complete(RunResults),
     /// Only those real runs are complete that do not need the result of the search.
     Early(EarlyRuns),
+    /// As `Early`, but made by a second thread in a program with the same instructions.
+    Beside(EarlyRuns),
     /// This thread makes no real runs: a second thread makes them.
     OtherThread,
 }
@@ -64,7 +66,8 @@ impl<'r> Refinement<'_, 'r> {
             // Searching a large model again takes several times as long as the first search, and what single scans show
             // hardly ever lowers its bound.
             if model.circuit.nodes().len() > LARGE && !self.structural_only {
-                return match early == Some(program) {
+                let is_same = |early| real::has_same_instructions(early, program);
+                return match early.is_some_and(is_same) {
                     true => Ok((search.run(model, groups, &knowledge)?, Runs::OtherThread)),
                     false => self.search_with_runs(&search, (model, groups), &knowledge),
                 };
@@ -133,6 +136,7 @@ impl<'r> Refinement<'_, 'r> {
         let early = match runs {
             Runs::Complete(found) => return Ok(found),
             Runs::Early(early) => early,
+            Runs::Beside(early) => reals.repeated(early).map_err(Failure::Internal)?,
             Runs::OtherThread => reals.search_early().map_err(Failure::Internal)?,
         };
         reals.continue_from(longest, upper, early).map_err(Failure::Internal)

@@ -9,18 +9,20 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Witness, flow,
+    BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Source, Witness,
+    WordSource, flow,
 };
 use scanbound_model::groups::witness;
 use scanbound_model::lower_bound::{Treatment, lower_bound_model_with};
 use scanbound_model::{Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use scanbound_passes::values::Trust;
+use scanbound_replay::RealRun;
 use scanbound_scan::size_limits::SizeLimits;
-use scanbound_scan::{Purpose, lower_bound_scan_to_end, scan_model_to_end, scan_model_within};
+use scanbound_scan::{lower_bound_scan_to_end, scan_model_to_end, scan_model_within};
 use scanbound_solve::Limits;
 use scanbound_solve::predecessors::{Predecessors, StartState, StateBit};
 use scanbound_timing::price::Prices;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 /// The largest number of start states that are excluded. If they are not enough, there is no lower bound.
@@ -29,6 +31,10 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
+/// From this number of instructions on, a program is large.
+const LARGE: usize = 10_000;
+/// In a large program, a run that is shorter by at most 1/`WORTH` is not worth another search.
+const WORTH: u64 = 100;
 /// The most relays whose states are examined. With more, it is not decided which states occur.
 const MAX_RELAYS: usize = 200;
 /// The most words whose states are examined. With more, it is not decided which states occur.
@@ -67,18 +73,21 @@ pub(super) fn keep_possible(
         // Others may write a present value and not its flag. No lower bound may rest on that.
         let keeping = search.program.timekeeping.consistency.iter();
         let given = keeping.filter(|(present, _)| found.witness.start.contains_key(present));
-        let new: Vec<Logic> = given
-            .filter_map(|(&present, holds)| holds.clone().filter(|_| known.insert(present)))
+        let new: Vec<(Cell, &Logic)> = given
+            .filter_map(|(&present, holds)| Some((present, holds.as_ref()?)))
+            .filter(|&(present, _)| known.insert(present))
             .collect();
         if new.is_empty() {
             break;
         }
         let program = program.get_or_insert_with(|| search.program.clone());
-        program.invariants.extend(new);
-        let others = RunSearch { program, least: search.least, limits: search.limits };
-        if !others.real(&found.witness)?.is_possible() {
-            found = search_again(search, program, prices, (longest, upper), found)?;
-        }
+        let others = program.invariants.len();
+        program.invariants.extend(new.iter().map(|&(_, holds)| holds.clone()));
+        let stricter = RunSearch { program, least: search.least, limits: search.limits };
+        found = match with_consistent(&stricter, &new, others, found)? {
+            Ok(found) => found,
+            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
+        };
     }
     if !found.best.is_possible() {
         return Ok(found);
@@ -115,12 +124,111 @@ pub(super) fn keep_possible(
         };
         let program = program.get_or_insert_with(|| search.program.clone());
         program.invariants.push(Logic::All(part.iter().map(holds).collect()).not());
-        found = search_again(search, program, prices, (longest, upper), found)?;
+        let stricter = RunSearch { program, least: search.least, limits: search.limits };
+        let part: Vec<(BitTarget, bool)> = part.iter().map(|&(at, on)| (bits[at], on)).collect();
+        found = match without(&stricter, &part, &started, found)? {
+            Ok(found) => found,
+            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
+        };
         if !found.best.is_possible() {
             return Ok(found);
         }
     }
     Ok(RunResults { is_start_undecided: true, ..found })
+}
+
+/// Whether a run is possible and hardly shorter than the best one. In a large program, another search takes long.
+fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
+    let best = best.replay.total.0;
+    run.is_possible() && run.replay.total.0 >= best - best / WORTH
+}
+
+fn is_large(program: &Program) -> bool {
+    program.instructions.len() >= LARGE
+}
+
+/// The same run with present values that are consistent with their flags. `presents` are these values with the condition
+/// on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was if the run
+/// is then impossible or shorter.
+fn with_consistent(
+    search: &RunSearch<'_>,
+    presents: &[(Cell, &Logic)],
+    first: usize,
+    mut found: RunResults,
+) -> Result<Result<RunResults, RunResults>, String> {
+    let mut witness = found.witness.clone();
+    let mut run = search.real(&witness)?;
+    if run.is_possible() {
+        if is_large(search.program) {
+            found.note(search.program, &mut run);
+            found.best = run;
+        }
+        return Ok(Ok(found));
+    }
+    // The values that are still to be tried of each present value.
+    let mut values: Vec<Vec<u16>> = presents.iter().map(|(_, holds)| constants(holds)).collect();
+    while is_large(search.program) {
+        let broken = run.replay.broken_invariants.iter();
+        let broken: Vec<usize> = broken.filter_map(|one| one.checked_sub(first)).collect();
+        if broken.is_empty() {
+            break;
+        }
+        for at in broken {
+            let Some(((present, _), value)) =
+                presents.get(at).zip(values.get_mut(at).and_then(Vec::pop))
+            else {
+                return Ok(Err(found));
+            };
+            witness.start.insert(*present, value);
+        }
+        run = search.real(&witness)?;
+        if is_as_long(&run, &found.best) {
+            found.note(search.program, &mut run);
+            (found.best, found.witness) = (run, witness);
+            return Ok(Ok(found));
+        }
+    }
+    Ok(Err(found))
+}
+
+/// The same run from a start state in which one of these bits has another value. `started` are the start values that
+/// the run read. `Err` with the run as it was if each such scan is impossible or shorter.
+fn without(
+    search: &RunSearch<'_>,
+    part: &[(BitTarget, bool)],
+    started: &BTreeMap<Cell, u16>,
+    mut found: RunResults,
+) -> Result<Result<RunResults, RunResults>, String> {
+    for &(bit, value) in part.iter().filter(|_| is_large(search.program)) {
+        let cell = bit.cell();
+        let before = started.get(&cell).copied().unwrap_or(0);
+        let mask = match bit {
+            BitTarget::Cell(_) => 1,
+            BitTarget::WordBit(_, bit) => 1 << bit,
+        };
+        let mut witness = found.witness.clone();
+        witness.start.insert(cell, if value { before & !mask } else { before | mask });
+        let mut run = search.real(&witness)?;
+        if is_as_long(&run, &found.best) {
+            found.note(search.program, &mut run);
+            (found.best, found.witness) = (run, witness);
+            return Ok(Ok(found));
+        }
+    }
+    Ok(Err(found))
+}
+
+/// The constants with which a condition compares words, and 0.
+fn constants(holds: &Logic) -> Vec<u16> {
+    let mut constants = vec![0];
+    holds.each_read(&mut |source| {
+        if let Source::Word(WordSource::Const(value)) = source {
+            constants.push(value);
+        }
+    });
+    constants.sort_unstable();
+    constants.dedup();
+    constants
 }
 
 /// The longest real run in which no timer runs out, in this scan or before it. `None` if the longest run found is
@@ -156,8 +264,10 @@ fn search_again(
     let others = RunSearch { program, least: search.least, limits: search.limits };
     let is_over = || search.limits.reached();
     let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
-    let model = scan_model_within(program, &prices.times(), &size).ok();
-    let first = model.and_then(|model| {
+    // In a large model, the longest scan takes as long to find as two rounds of the search for real runs.
+    let model =
+        (!is_large(program)).then(|| scan_model_within(program, &prices.times(), &size).ok());
+    let first = model.flatten().and_then(|model| {
         let (assignment, _) = others.longest(&model)?;
         Some(witness(&model, &assignment))
     });
@@ -201,100 +311,130 @@ impl<'a> States<'a> {
     /// The bits that hold when a scan starts what the scan before left, and the solver that knows which of their states
     /// occur. `None` if there are no such bits.
     fn find(&self) -> Result<Option<(Vec<BitTarget>, Predecessors<'a>)>, Undecided> {
-        let (model, _) = self.scan(&[], Purpose::LowerBound)?;
-        let memories = memories(self.program, &model);
-        let exclusive = ExclusiveRelays::of(self.program, self.trust);
-        // Relays, and the bits of words.
-        let mut left: Vec<Vec<BitTarget>> = Vec::new();
-        if self.trust == Trust::All || !self.program.internal.is_empty() {
-            let lasts = |cell: Cell| !self.program.timekeeping.scratch.contains(&cell.area);
-            let known: BTreeSet<Cell> = memories.iter().map(|bit| bit.cell()).collect();
-            let is_new = |cell: Cell| lasts(cell) && !known.contains(&cell);
-            let words = words(&model).into_iter();
-            let words = words.filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell));
-            left.extend(words.map(bits_of_word));
-            if left.len() > MAX_WORDS {
-                return Err(Undecided);
-            }
-            let known: BTreeSet<BitTarget> = left.iter().flatten().copied().collect();
-            let relays = reachable::read(&model).into_iter();
-            let is_left = |bit: &BitTarget| {
-                is_new(bit.cell()) && !known.contains(bit) && exclusive.is_left_by_scan(*bit)
-            };
-            let relays: Vec<BitTarget> = relays.filter(is_left).collect();
-            if relays.len() > MAX_RELAYS {
-                return Err(Undecided);
-            }
-            left.extend(relays.into_iter().map(|bit| vec![bit]));
-        }
-        loop {
-            let mut bits: Vec<BitTarget> =
-                memories.iter().chain(left.iter().flatten()).copied().collect();
-            if bits.is_empty() {
-                return Ok(None);
-            }
-            let before = left.len();
-            if before > 0 {
-                // Whether the program may change a cell is asked of all that scans may do.
-                let mut states = self.predecessors(&mut bits.clone(), Purpose::UpperBound)?;
-                let mut at = memories.len();
-                left.retain(|cell| {
-                    let mut places = (at..).zip(cell);
-                    at += cell.len();
-                    // What the program never changes is changed by others. No lower bound rests on what others write
-                    // to a timer or a counter.
-                    exclusive.takes_any_value(cell[0])
-                        || places.any(|(at, &bit)| {
-                            let changed = [(at, !self.initial(bit))];
-                            !matches!(states.occurs(&changed), StartState::Excluded(_))
-                        })
-                });
-            }
-            if left.len() == before {
-                let states = self.predecessors(&mut bits, Purpose::LowerBound)?;
-                return Ok(Some((bits, states)));
-            }
-        }
-    }
-
-    /// The model of a scan, and whether it leaves these bits on.
-    fn scan(
-        &self,
-        bits: &[BitTarget],
-        purpose: Purpose,
-    ) -> Result<(ScanModel, Vec<Lit>), Undecided> {
+        let program = self.program;
+        let exclusive = ExclusiveRelays::of(program, self.trust);
         let is_over = || self.limits.reached();
         let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
-        match purpose {
-            Purpose::UpperBound => scan_model_to_end(self.program, &self.times, &size, bits),
-            Purpose::LowerBound => {
-                lower_bound_scan_to_end(self.program, &self.times, self.knowledge, &size, bits)
-            }
+        let mut memories = Vec::new();
+        // Relays, and the bits of words.
+        let mut left: Option<Vec<Vec<BitTarget>>> = None;
+        let select = |model: &ScanModel| {
+            memories = self::memories(program, model);
+            left = self.left(model, &memories, &exclusive);
+            memories.iter().chain(left.iter().flatten().flatten()).copied().collect()
+        };
+        let scan = lower_bound_scan_to_end(program, &self.times, self.knowledge, &size, select);
+        let (full, ends) = scan.map_err(|_| Undecided)?;
+        let left = left.ok_or(Undecided)?;
+        let mut bits: Vec<BitTarget> =
+            memories.iter().chain(left.iter().flatten()).copied().collect();
+        if bits.is_empty() {
+            return Ok(None);
         }
-        .map_err(|_| Undecided)
+        let changed = self.changed(&memories, left, &bits, &exclusive, &size)?;
+        let standing = |variable| self.standing(&full, variable);
+        let (model, ends) = lower_bound_model_with(&full, &standing, false, &ends);
+        let mut ends: BTreeMap<BitTarget, (Lit, Lit)> = bits.iter().copied().zip(ends).collect();
+        bits.retain(|bit| changed.contains(bit));
+        ends.retain(|bit, _| changed.contains(bit));
+        if bits.is_empty() {
+            return Ok(None);
+        }
+        let states = self.predecessors(model, &mut bits, |bit| ends[bit]);
+        Ok(Some((bits, states)))
     }
 
-    /// The solver for these bits. Adds the flags that are on in the first scan of a run only.
+    /// The relays and words that hold when a scan starts what the scan before left, each with its bits, as far as the
+    /// model reads them, apart from the memories of instructions. `None` if there are too many.
+    fn left(
+        &self,
+        model: &ScanModel,
+        memories: &[BitTarget],
+        exclusive: &ExclusiveRelays<'_>,
+    ) -> Option<Vec<Vec<BitTarget>>> {
+        let mut left: Vec<Vec<BitTarget>> = Vec::new();
+        if self.trust != Trust::All && self.program.internal.is_empty() {
+            return Some(left);
+        }
+        let lasts = |cell: Cell| !self.program.timekeeping.scratch.contains(&cell.area);
+        let known: BTreeSet<Cell> = memories.iter().map(|bit| bit.cell()).collect();
+        let is_new = |cell: Cell| lasts(cell) && !known.contains(&cell);
+        let words = words(model).into_iter();
+        let words = words.filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell));
+        left.extend(words.map(bits_of_word));
+        if left.len() > MAX_WORDS {
+            return None;
+        }
+        let known: BTreeSet<BitTarget> = left.iter().flatten().copied().collect();
+        let relays = reachable::read(model).into_iter();
+        let is_left = |bit: &BitTarget| {
+            is_new(bit.cell()) && !known.contains(bit) && exclusive.is_left_by_scan(*bit)
+        };
+        let relays: Vec<BitTarget> = relays.filter(is_left).collect();
+        if relays.len() > MAX_RELAYS {
+            return None;
+        }
+        left.extend(relays.into_iter().map(|bit| vec![bit]));
+        Some(left)
+    }
+
+    /// The memories, and the bits of `left` that the program may change. Whether it may is asked of all that scans may
+    /// do. `bits` are all of them.
+    fn changed(
+        &self,
+        memories: &[BitTarget],
+        mut left: Vec<Vec<BitTarget>>,
+        bits: &[BitTarget],
+        exclusive: &ExclusiveRelays<'_>,
+        size: &SizeLimits<'_>,
+    ) -> Result<BTreeSet<BitTarget>, Undecided> {
+        let all = |left: &[Vec<BitTarget>]| -> Vec<BitTarget> {
+            memories.iter().chain(left.iter().flatten()).copied().collect()
+        };
+        if left.is_empty() {
+            return Ok(memories.iter().copied().collect());
+        }
+        let scan = scan_model_to_end(self.program, &self.times, size, bits);
+        let (model, ends) = scan.map_err(|_| Undecided)?;
+        let ends: BTreeMap<BitTarget, Lit> = bits.iter().copied().zip(ends).collect();
+        loop {
+            let end = |bit: &BitTarget| (ends[bit], !ends[bit]);
+            let mut states = self.predecessors(model.clone(), &mut all(&left), end);
+            let before = left.len();
+            let mut at = memories.len();
+            left.retain(|cell| {
+                let mut places = (at..).zip(cell);
+                at += cell.len();
+                // What the program never changes is changed by others. No lower bound rests on what others write to a
+                // timer or a counter.
+                exclusive.takes_any_value(cell[0])
+                    || places.any(|(at, &bit)| {
+                        let changed = [(at, !self.initial(bit))];
+                        !matches!(states.occurs(&changed), StartState::Excluded(_))
+                    })
+            });
+            if left.len() == before || all(&left).is_empty() {
+                return Ok(all(&left).into_iter().collect());
+            }
+        }
+    }
+
+    /// The solver for these bits in a model of the scan. `end` gives the literals that the scan leaves a bit on, and
+    /// off. Adds the flags that are on in the first scan of a run only.
     fn predecessors(
         &self,
+        mut model: ScanModel,
         bits: &mut Vec<BitTarget>,
-        purpose: Purpose,
-    ) -> Result<Predecessors<'a>, Undecided> {
+        end: impl Fn(&BitTarget) -> (Lit, Lit),
+    ) -> Predecessors<'a> {
         let program = self.program;
-        let (full, ends) = self.scan(bits, purpose)?;
-        let (mut model, ends) = match purpose {
-            Purpose::UpperBound => (full, ends.into_iter().map(|end| (end, !end)).collect()),
-            Purpose::LowerBound => {
-                let standing = |variable| self.standing(&full, variable);
-                lower_bound_model_with(&full, &standing, false, &ends)
-            }
-        };
         add_starts(program, &mut model, bits);
         let starts = reachable::starts(&mut model, bits);
-        let mut kept: Vec<StateBit> = Vec::with_capacity(bits.len());
-        for ((bit, start), (on, off)) in bits.iter().zip(starts).zip(ends) {
-            kept.push(StateBit { start, on, off, initial: self.initial(*bit) });
-        }
+        let state = |(bit, start): (&BitTarget, Lit)| {
+            let (on, off) = end(bit);
+            StateBit { start, on, off, initial: self.initial(*bit) }
+        };
+        let mut kept: Vec<StateBit> = bits.iter().zip(starts).map(state).collect();
         let flag = |start| StateBit { start, on: Lit::FALSE, off: Lit::TRUE, initial: true };
         let read = reachable::read(&model);
         let is_written = |first| flow::may_write(program, Region::Range { first, count: 1 });
@@ -308,7 +448,7 @@ impl<'a> States<'a> {
             bits.extend(program.power_up.after_clear);
             kept.push(flag(start));
         }
-        Ok(Predecessors::new(&model, kept, self.limits))
+        Predecessors::new(&model, kept, self.limits)
     }
 
     /// What the scan before may be assumed to have found. Nothing is assumed about the result of an instruction that

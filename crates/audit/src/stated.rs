@@ -68,6 +68,8 @@ pub fn writers(
             (Some(first), Some(last)) if first.area == last.area && first.index <= last.index => {
                 regions.push(Region::Range { first, count: last.index - first.index + 1 });
             }
+            // Some special registers have no cells.
+            _ if table == "external" && is_special(program, device) => {}
             _ => faults.push(fault(device)),
         }
     }
@@ -75,20 +77,37 @@ pub fn writers(
     if faults.is_empty() { Ok(regions) } else { Err(faults) }
 }
 
-/// Refuses devices under [external], whose cells are given, that set the watchdog time or the constant scan, unless the
-/// time is stated.
+/// Whether a text names devices of a type that has special registers for the watchdog or the constant scan.
+fn is_special(program: &Program, text: &str) -> bool {
+    let control = &program.scan_control;
+    let special = control.devices.iter().chain(&control.other_names);
+    let kinds = special.filter_map(|name| numbered(name)).map(|(kind, ..)| kind);
+    numbered(text).is_some_and(|(own, ..)| kinds.into_iter().any(|kind| kind == own))
+}
+
+/// A device or device range with decimal numbers: its letters, the first number and the last one.
+fn numbered(text: &str) -> Option<(String, u32, u32)> {
+    let one = |text: &str| {
+        let text = text.trim().to_ascii_uppercase();
+        let letters = text.trim_end_matches(|c: char| c.is_ascii_digit()).to_owned();
+        let number: u32 = text[letters.len()..].parse().ok()?;
+        (!letters.is_empty()).then_some((letters, number))
+    };
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    let ((kind, first), (other, last)) = (one(first)?, one(last)?);
+    (kind == other && first <= last).then_some((kind, first, last))
+}
+
+/// Refuses devices under [external] that set the watchdog time or the constant scan, unless the time is stated.
 ///
 /// # Errors
 /// One error for each of these devices.
-pub fn know_scan_times(
-    program: &Program,
-    facts: &Facts,
-    external: &[Region],
-) -> Result<(), Vec<Diagnostic>> {
-    let [watchdog, constant, relay] = program.scan_control.devices;
+pub fn know_scan_times(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
+    let [watchdog, constant, relay] = [0, 1, 2]
+        .map(|at| [program.scan_control.devices[at], program.scan_control.other_names[at]]);
     let (of_watchdog, of_constant) = (facts.watchdog.is_some(), facts.constant_scan.is_some());
     let mut faults = Vec::new();
-    for (special, is_stated, what, help) in [
+    for (names, is_stated, what, help) in [
         (watchdog, of_watchdog, "sets the watchdog time", "watchdog = \"500ms\""),
         (constant, of_constant, "sets the constant scan time", "constant = \"100ms\", or \"none\""),
         (
@@ -98,8 +117,14 @@ pub fn know_scan_times(
             "constant = \"100ms\", or \"none\"",
         ),
     ] {
-        let Some(cell) = cell(program, special).filter(|_| !is_stated) else { continue };
-        if external.iter().any(|region| region.contains(cell)) {
+        let is_in = |name: &str, text: &String| {
+            let (special, stated) = (numbered(name), numbered(text));
+            special.zip(stated).is_some_and(|((kind, number, _), (own, first, last))| {
+                kind == own && (first..=last).contains(&number)
+            })
+        };
+        let written = |name: &&str| facts.external.iter().any(|text| is_in(name, text));
+        if let Some(special) = names.into_iter().find(written).filter(|_| !is_stated) {
             let message = format!("other writers than the program write {special}, which {what}");
             let help = format!("state the time that they set ([scan] {help}), or remove {special}");
             let fact = ["external", "devices"];

@@ -78,10 +78,7 @@ pub fn state(
     collect(counts::state(program, facts));
     collect(indices::state(program, facts));
     let external = stated::writers(program, facts, "external", &facts.external);
-    let external = external.and_then(|regions| {
-        stated::know_scan_times(program, facts, &regions)?;
-        Ok(regions)
-    });
+    collect(stated::know_scan_times(program, facts));
     collect(external.map(|regions| program.external.extend(regions)));
     let internal = stated::writers(program, facts, "internal", &facts.internal);
     collect(internal.map(|regions| program.internal = regions));

@@ -26,6 +26,8 @@ pub struct ScanControl {
     /// Three devices: the register of the watchdog time, the register of the constant scan time, and the relay that
     /// enables the constant scan. Empty if the CPU has none.
     pub devices: [&'static str; 3],
+    /// Other names of the same devices, in the same order. Empty if they have none.
+    pub other_names: [&'static str; 3],
     /// Whether an instruction may let interrupts wait beyond the end of a scan.
     pub holds_interrupts: bool,
     /// The name of the CPU parameter that sets a minimum scan time, if the CPU has one.

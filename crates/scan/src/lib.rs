@@ -100,8 +100,8 @@ pub fn scan_model_to_end(
     run(program, ScanSettings::of_upper_bounds(times, limits), None, ends)
 }
 
-/// As [`scan_model_with_knowledge`], for lower bounds. Also returns for each of `bits` the literal that says whether it
-/// is on at the end of the scan, after the interrupts.
+/// As [`scan_model_with_knowledge`], for lower bounds. Also returns for each bit that `bits` selects, given the model of
+/// the scan, the literal that says whether it is on at the end of the scan, after the interrupts.
 ///
 /// # Errors
 /// As for [`scan_model_within`].
@@ -110,9 +110,11 @@ pub fn lower_bound_scan_to_end(
     times: &[Times],
     knowledge: &Knowledge,
     limits: &SizeLimits<'_>,
-    bits: &[BitTarget],
+    bits: impl FnOnce(&ScanModel) -> Vec<BitTarget>,
 ) -> Result<(ScanModel, Vec<Lit>), ScanError> {
-    let ends = |memory: &mut Memory<'_>| bits.iter().map(|&bit| is_on(memory, bit)).collect();
+    let ends = |memory: &mut Memory<'_>| {
+        bits(&memory.model).into_iter().map(|bit| is_on(memory, bit)).collect()
+    };
     let settings = ScanSettings { times, knowledge, purpose: Purpose::LowerBound, limits };
     run(program, settings, None, ends)
 }

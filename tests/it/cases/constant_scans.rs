@@ -174,17 +174,19 @@ fn nothing_that_others_may_write_sets_the_constant_scan_if_nobody_is_trusted() {
 
 #[test]
 fn others_that_write_the_scan_times_are_refused_unless_these_are_stated() {
-    for (devices, time, stated) in [
-        ("D8000", "watchdog time", "watchdog = \"500ms\""),
-        ("D8039", "constant scan time", "constant = \"20ms\""),
-        ("M8000-M8100", "constant scan", "constant = \"none\""),
+    for (devices, what, stated) in [
+        ("D8000", "sets the watchdog time", "watchdog = \"500ms\""),
+        ("D8039", "sets the constant scan time", "constant = \"20ms\""),
+        ("M8000-M8100", "switches the constant scan on or off", "constant = \"none\""),
+        ("SD8039", "sets the constant scan time", "constant = \"20ms\""),
+        ("SM8000-SM8100", "switches the constant scan on or off", "constant = \"none\""),
     ] {
         let facts = format!("[external]\ndevices = [\"{devices}\"]\n");
         let program = "LD M8000\nOUT M8039\nMOV K5 D8039\nMOV K500 D8000\nWDT\nEND\n";
         let files = [("p.il", program), ("facts.toml", &facts)];
         let run = run("others", &files, "check p.il --cpu FX3U --facts facts.toml --limit 10ms");
         assert_eq!(run.code, Some(2), "{devices}: {}", run.stdout);
-        assert!(run.stderr.contains(&format!("which sets the {time}\n")), "{}", run.stderr);
+        assert!(run.stderr.contains(&format!(", which {what}\n")), "{}", run.stderr);
         let facts = format!("{facts}[scan]\n{stated}\n");
         _ = check("others-stated", program, &facts, "--cpu FX3U --limit 10ms");
     }

@@ -235,6 +235,25 @@ fn no_lower_bound_rests_on_a_state_that_was_not_followed_to_its_beginning() {
 }
 
 #[test]
+fn a_range_with_its_ends_in_the_wrong_order_is_reset_as_the_cpu_does() {
+    // X1 sets both relays, then the range is reset. The FX resets its first device alone; other CPUs may stop.
+    let list = |relay: &str| {
+        format!(
+            "LD X1\nSET M2\nSET M5\nLD X0\nZRST M5 M2\nLD X1\nAND X0\nAND {relay}\nSwA D100\nEND\n"
+        )
+    };
+    for (cpu, relay, most, least) in [
+        ("FX3U", "M2", 9_050_000, 9_050_000),
+        ("FX3U", "M5", 9_001_000, 9_001_000),
+        ("FX5U", "M2", 9_050_000, 9_001_000),
+        ("FX5U", "M5", 9_050_000, 9_001_000),
+    ] {
+        let report = report(&format!("order-{cpu}-{relay}.il"), cpu, &list(relay), ["9", "all"]);
+        assert_eq!((upper_ns(&report), lower_ns(&report)), (most, least), "{cpu} {relay}");
+    }
+}
+
+#[test]
 fn a_counter_may_count_again_after_every_kind_of_reset() {
     // C0 counts again in the scan of its reset if its coil counts as off after it.
     let rest = "LD X0\nOUT C0 K1\nLD X0\nANI C0\nSwA D100\nEND\n";

@@ -9,7 +9,7 @@ use super::state::{Lowering, timing};
 use crate::catalog::{
     Amount, Axis, CatalogMatch, EVERYWHERE, Entry, Extent, InstructionEffect, Role,
 };
-use crate::memory::{DeviceType, area};
+use crate::memory::{DeviceType, Family, area};
 use crate::operand::{Operand as Written, Place};
 use crate::source::RawInstruction;
 use scanbound_base::code::Code;
@@ -345,12 +345,14 @@ impl Lowering<'_> {
     fn clear_range(&mut self, raw: &RawInstruction) -> Option<Option<Vec<Effect>>> {
         let (first, last) =
             (self.device(&raw.operands[0])?.place, self.device(&raw.operands[1])?.place);
-        // Two types of timers can share the same areas.
+        // Two types of timers can share the same areas. If the first device is above the last, the FX resets the first
+        // one alone.
         let count = match (first, last) {
             (Place::At(kind, from), Place::At(other, to))
-                if kind.cell(0).is_some() && kind.cell(0) == other.cell(0) && from <= to =>
+                if kind.cell(0).is_some() && kind.cell(0) == other.cell(0) =>
             {
-                Some(to - from + 1)
+                let alone = (self.family == Family::Fx).then_some(1);
+                to.checked_sub(from).map(|more| more + 1).or(alone)
             }
             _ => None,
         };

@@ -4,7 +4,7 @@
 use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent};
 use crate::memory::{DeviceType, Family, area};
-use crate::operand::{Operand, Place};
+use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
 use scanbound_ir::meaning::{Meaning, Operation, OperationInput as Input, Unary};
@@ -64,6 +64,15 @@ impl Lowering<'_> {
         let double = name.strip_prefix('D').filter(|rest| !rest.is_empty());
         match (name, &texts[..]) {
             ("DECO" | "ENCO", [.., power]) => self.power_error(power),
+            // Whether other CPUs than the FX reset a range whose first device is above its last one is unknown.
+            ("ZRST", [first, last]) if self.family != Family::Fx => {
+                let number = |text: &str| match self.parsed(text) {
+                    Ok(Operand::Device(Device { place: Place::At(_, number), .. })) => Some(number),
+                    _ => None,
+                };
+                let ends = number(first).zip(number(last));
+                ends.is_some_and(|(first, last)| first > last).then_some(Logic::Const(true))
+            }
             ("DIS" | "UNI", [.., count]) => match self.constant(count) {
                 Some(count) => (!(0..=4).contains(&count)).then_some(Logic::Const(true)),
                 None => Some(is_outside(&self.number(count, 1)?, 0, 4)),

@@ -81,6 +81,11 @@ impl<'a> Lowering<'a> {
             state: None,
         };
         lowering.modes.index_is_open = lowering.writes_other_indices();
+        // Others may write an index register as a special register, which has no cell of its own.
+        let external = options.facts.external.iter();
+        let external = external.filter_map(|text| ranges::written(text, options.family, false));
+        let indices = external.flatten().filter(|region| matches!(region, Region::Area(_)));
+        lowering.out.program.external.extend(indices);
         lowering
     }
 

@@ -12,7 +12,10 @@ use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::facts::Part;
 use scanbound_front::absent;
 use scanbound_ir::{Approximated, Cell, Effect, Region, StartRange, Write};
+use std::ops::RangeInclusive;
 
+/// The numbers of the special registers of the FX that are its index registers: Z0 and V0, then Z1 to V7.
+pub(super) const INDEX_REGISTERS: [RangeInclusive<u32>; 2] = [8028..=8029, 8182..=8195];
 /// The largest number of errors that are listed; more are only counted.
 const MAX_FAULTS: usize = 100;
 
@@ -29,8 +32,12 @@ pub(super) fn written(text: &str, family: Family, switches: bool) -> Option<Vec<
     Some(match kind {
         DeviceType::Bit(area) | DeviceType::Word(area) => vec![region(area)],
         DeviceType::Timed(timed) => timed.areas().map(region).collect(),
-        // Some special registers of the FX are its index registers.
-        DeviceType::VolatileWord if family == Family::Fx => {
+        DeviceType::VolatileWord
+            if family == Family::Fx
+                && INDEX_REGISTERS
+                    .iter()
+                    .any(|own| first <= *own.end() && *own.start() < first + count) =>
+        {
             [area("Z"), area("V index ")].map(Region::Area).to_vec()
         }
         DeviceType::VolatileBit | DeviceType::VolatileWord => Vec::new(),

@@ -1,7 +1,7 @@
 //! Instructions that affect the permitted scan time: WDT, and writes to the special devices for watchdog and constant
 //! scan.
 
-use super::ranges::{self, has_special, others_write};
+use super::ranges::{self, INDEX_REGISTERS, has_special, others_write};
 use super::state::Lowering;
 use super::written::{LONGEST_BLOCK, block_length, known_length, unpulsed, written};
 use crate::catalog::EVERYWHERE;
@@ -11,7 +11,6 @@ use crate::resolve::{Category, Item};
 use scanbound_base::facts::Facts;
 use scanbound_base::time::Picos;
 use scanbound_ir::{AreaId, Cell, Instruction, Region, ScanControl, Setting, Step, Switch};
-use std::ops::RangeInclusive;
 
 /// One unit of D8000 and D8039, a millisecond, in ps.
 const MS: u64 = 1_000_000_000;
@@ -20,8 +19,6 @@ const WATCHDOG: u32 = 8000;
 /// The number of the register with the constant scan time, and of the relay that enables the constant scan (FX3
 /// programming manual; FX5: special devices compatible with FX).
 const CONSTANT: u32 = 8039;
-/// The numbers of the special registers of the FX that are its index registers: Z0 and V0, then Z1 to V7.
-const INDEX_REGISTERS: [RangeInclusive<u32>; 2] = [8028..=8029, 8182..=8195];
 /// The areas of the index registers.
 const INDEX_AREAS: [AreaId; 2] = [area("Z"), area("V index ")];
 
@@ -33,8 +30,12 @@ pub(super) fn of_family(family: Family) -> ScanControl {
         Family::Fx5 => ["SD8000", "SD8039", "SM8039"],
         _ => [""; 3],
     };
+    let other_names = match family {
+        Family::Fx => ["SD8000", "SD8039", "SM8039"],
+        _ => [""; 3],
+    };
     let by_parameters = (family != Family::Fx).then_some("constant scan");
-    ScanControl { devices, by_parameters, ..ScanControl::default() }
+    ScanControl { devices, other_names, by_parameters, ..ScanControl::default() }
 }
 
 /// The smallest and the largest value that the facts state for an index register. `None` if they state none.
@@ -347,7 +348,8 @@ fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32) -> bool {
     if item.name.starts_with("ZRST") {
         let ends: Option<Vec<u32>> = item.operands.iter().map(number).collect();
         // If the first is above the last, the CPU resets the first one alone.
-        return matches!(ends.as_deref(), Some(&[first, last]) if (first..=last).contains(&special));
+        return matches!(ends.as_deref(), Some(&[first, last])
+            if first == special || (first..=last).contains(&special));
     }
     match unpulsed(&item.name) {
         // A count of 0 writes nothing, one in a word may, and one above 512 is an operation error on the FX.

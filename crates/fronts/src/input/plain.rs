@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use scanbound_base::code::Code;
 use scanbound_base::column::Unit;
 
 /// File names, without extension, of documents and desktop files.
@@ -90,7 +91,7 @@ pub(super) fn is_content(beginning: &[u8]) -> bool {
 }
 
 /// Whether a text is a report of scanbound whose file name extension does not show it: JUnit, annotations, the findings
-/// of `doctor` as CSV, or sentences.
+/// of `doctor` as CSV, the structure of charts, what is known of an instruction or of a finding code, or sentences.
 fn is_report(text: &str) -> bool {
     let text = text.trim_start_matches('\u{FEFF}');
     let is_answer = |line: &str| {
@@ -101,7 +102,23 @@ fn is_report(text: &str) -> bool {
             && words.len() >= 6
             && words.iter().any(is_subject)
     };
-    text.contains("<testsuites name=\"scanbound\"")
+    let mut lines = text.lines();
+    let [first, second] = std::array::from_fn(|_| lines.next().unwrap_or_default());
+    let has_line = |beginning: &str| text.lines().any(|line| line.starts_with(beginning));
+    let is_chart = first.starts_with("chart ")
+        && second.starts_with("  ")
+        && second.contains(" steps, ")
+        && second.contains(" transitions; ");
+    let is_instruction = (first.contains("  table ") && has_line("  evidence  "))
+        || (first.contains(" by ") && first.contains(" timing tables; --cpu or --table "));
+    let title = first.strip_prefix("# ");
+    let is_code = Code::ALL.iter().any(|code| title == Some(code.name()));
+    is_chart
+        || is_instruction
+        || first.contains(" is the slowest CPU that keeps to ")
+        || first.starts_with("No CPU of these is proved to keep to ")
+        || is_code
+        || text.contains("<testsuites name=\"scanbound\"")
         || (text.starts_with("::") && text.contains("title=scanbound "))
         || text.starts_with("section,code,file,line,message,help")
         // The report of one project of several begins with the name of the project.
