@@ -33,8 +33,6 @@ const LONGEST: Duration = Duration::from_secs(10);
 const LARGEST: usize = 4_000_000;
 /// From this number of instructions on, a program is large.
 const LARGE: usize = 10_000;
-/// In a large program, a run that is shorter by at most 1/`WORTH` is not worth another search.
-const WORTH: u64 = 100;
 /// The most relays whose states are examined. With more, it is not decided which states occur.
 const MAX_RELAYS: usize = 200;
 /// The most words whose states are examined. With more, it is not decided which states occur.
@@ -137,10 +135,9 @@ pub(super) fn keep_possible(
     Ok(RunResults { is_start_undecided: true, ..found })
 }
 
-/// Whether a run is possible and hardly shorter than the best one. In a large program, another search takes long.
+/// Whether a run is possible and as long as the best one.
 fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
-    let best = best.replay.total.0;
-    run.is_possible() && run.replay.total.0 >= best - best / WORTH
+    run.is_possible() && run.replay.total >= best.replay.total
 }
 
 fn is_large(program: &Program) -> bool {
@@ -158,11 +155,7 @@ fn with_consistent(
 ) -> Result<Result<RunResults, RunResults>, String> {
     let mut witness = found.witness.clone();
     let mut run = search.real(&witness)?;
-    if run.is_possible() {
-        if is_large(search.program) {
-            found.note(search.program, &mut run);
-            found.best = run;
-        }
+    if run.is_possible() && !is_large(search.program) || is_as_long(&run, &found.best) {
         return Ok(Ok(found));
     }
     // The values that are still to be tried of each present value.
