@@ -254,7 +254,7 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     };
     let inline = |inner: &str| format!("<inline>{inner}</inline>");
     let two = format!("<LD>{RAIL}{}{}</LD>", coil(2, 0, "x"), coil(3, 0, "y"));
-    refused(&chart(&[], &inline(&two)), "several elements");
+    refused(&chart(&[], &inline(&two)), "several coils or outputs");
     let always = inline("<ST><p>TRUE</p></ST>");
     let plain = chart(&["<ST><p>x := TRUE;</p></ST>".to_owned()], &always);
     refused(&plain.replace("<actionBlock", "<actionBlock negated=\"true\""), "negated");
@@ -267,7 +267,7 @@ fn what_a_drawing_says_and_is_not_followed_is_refused() {
     let returns = at("return edge=\"rising\"", 2, &[(0, "")], "");
     refused(&format!("<LD>{RAIL}{returns}</LD>"), "rising");
     let jump = "<jump localId=\"7\" label=\"l\"/><label localId=\"8\" label=\"l\"/>";
-    refused(&format!("<LD>{jump}</LD>"), "nothing leads to it");
+    refused(&format!("<LD>{jump}</LD>"), "nothing is connected to it");
 }
 
 #[test]
@@ -367,7 +367,7 @@ fn steps_have_actions_on_entry_while_active_and_on_exit() {
         assert!(faults.iter().any(|fault| fault.contains(why)), "{faults:?}");
     };
     refused("01580b27-6378-448b-8ecb-0e4b795b58d6", "TRUE", "excluded");
-    refused("cacf1a68-236e-47c2-b7b1-1cf9199718cb", "T#2s", "least time");
+    refused("cacf1a68-236e-47c2-b7b1-1cf9199718cb", "T#2s", "minimum time");
     refused("00000000-0000-0000-0000-000000000000", "first", "names an action");
 }
 

@@ -112,7 +112,7 @@ fn an_index_of_a_called_instance_may_write_what_a_loop_counts() {
     for call in ["ks[F()]();", "ks[F()].act();", "ks[F()].M();", "refs[F()]^();"] {
         let refs = "refs[0] := REF(ks[0]); refs[1] := REF(ks[1]);";
         let body = format!("{refs} n := 0; WHILE n < 10 DO {call} {PROBE} n := n + 1; END_WHILE;");
-        refused(&body, "how often WHILE or REPEAT goes round");
+        refused(&body, "the iteration count of WHILE or REPEAT");
         let body = body.replace("F()", "P() - 1");
         assert!(bound(&body).is_ok_and(|bound| bound == 10), "{body}: {:?}", bound(&body));
     }
@@ -312,7 +312,7 @@ fn a_type_may_not_say_what_references_mean() {
     ] {
         let of = if path == "s.s.p" { "T" } else { "S" };
         let told = read(&types, of, path).expect_err(&types);
-        assert!(told.contains("said by a type"), "{types}: {told}");
+        assert!(told.contains("a type gives references"), "{types}: {told}");
     }
     assert_eq!(read(&part(""), "S := (p := REF(g1))", "s.p"), Ok(1));
     assert!(read(&part(" := NULL"), "S", "s.p").is_ok());

@@ -195,7 +195,7 @@ fn outputs_that_generators_may_take_for_others_are_refused() {
     assert!(bound(&text(T, &[("b", (1, ""))], &["q"], "")).is_ok());
     // ENO alone is given the result.
     let alone = text("typeName=\"MOVE\"", &[("EN", (1, "")), ("IN", (2, ""))], &["ENO"], "ENO");
-    assert!(refusal(&alone).contains("only ENO is drawn"));
+    assert!(refusal(&alone).contains("only its output ENO is drawn"));
     assert!(bound(&as_drawn(&alone)).is_ok());
     // The first output is given the result.
     let of = "typeName=\"F\"";
@@ -257,7 +257,7 @@ fn what_says_twice_which_element_comes_first_is_refused() {
     assert!(bound(&drawn(2)).is_ok());
     for place in ["x=\"1\" y=\"1e2\"", "x=\"1\"", "x=\"\" y=\"2\""] {
         let text = drawn(2).replace("x=\"1\" y=\"0\"", place);
-        assert!(refusal(&text).contains("its position is no pair of numbers"));
+        assert!(refusal(&text).contains("its position is not a pair of numbers"));
     }
 }
 
@@ -308,11 +308,11 @@ fn signs_in_drawn_conditions_are_refused_where_generators_leave_them_out() {
     let edge = contact(14, "negated=\"true\" edge=\"rising\"", 0, "v");
     for text in [told(&negated, ""), told(&edge, "")] {
         let told = refusal(&text);
-        assert!(told.contains("leave a sign of it out"), "{told}");
+        assert!(told.contains("ignore a negation or an edge of it"), "{told}");
     }
     assert!(bound(&as_drawn(&told(&negated, ""))).is_ok());
     let whole = told(&plain, " negated=\"true\"");
-    assert!(refusal(&whole).contains("leave out that its condition is negated"));
+    assert!(refusal(&whole).contains("ignore the negation of its condition"));
     assert!(bound(&as_drawn(&whole)).is_ok());
 }
 
@@ -455,7 +455,8 @@ fn what_generators_do_otherwise_with_a_drawn_condition_is_refused() {
 #[test]
 fn what_leads_to_nothing_is_refused_unless_generators_leave_it_out() {
     let refuses = |text: &str| {
-        bound(text).is_err_and(|told| told.concat().contains("leads to nothing that is executed"))
+        bound(text)
+            .is_err_and(|told| told.concat().contains("connected to nothing that is executed"))
     };
     let both = |text: &str| (refuses(text), refuses(&as_drawn(text)));
     let drawn = |ends: &str| {

@@ -233,7 +233,7 @@ fn what_lists_and_drawings_leave_unclear_is_refused() {
     refused("c:CTD x:BOOL", "<IL>LD c\nST x\n</IL>", "instance");
     refused("x:BOOL n:INT", "<IL>LD x\nS n\n</IL>", "not set");
     refused("x:BOOL", "<IL>LD x\nJMPC l\nl:\nl:\nST x\n</IL>", "two labels");
-    refused("x:BOOL", "<ST><p>IF 5 THEN x := TRUE; END_IF</p></ST>", "truth value");
+    refused("x:BOOL", "<ST><p>IF 5 THEN x := TRUE; END_IF</p></ST>", "a Boolean is required");
     let pin = block(2, "typeName=\"TOF\" instanceName=\"t\"", &[("IN", (0, ""))], &["Q"]);
     let text = format!("<LD>{RAIL}{pin}</LD>");
     let own = project("", "x:BOOL", &text, "x").replace(
@@ -258,7 +258,7 @@ fn what_lists_and_drawings_leave_unclear_is_refused() {
         .replace("<transition localId=\"3\"><position x=\"3\" y=\"0\"/><connectionPointIn>", "<transition localId=\"3\"><position x=\"3\" y=\"0\"/><connectionPointIn><connection refLocalId=\"9\"/>");
     refused("x:BOOL", &both, "several steps");
     let told = plain.replace("<condition>", "<condition><reference name=\"t\"/>");
-    refused("x:BOOL", &told, "two ways");
+    refused("x:BOOL", &told, "two conditions");
 }
 
 #[test]

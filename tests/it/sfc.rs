@@ -110,7 +110,7 @@ fn bad_xml_is_refused_with_the_place() {
         ),
         (
             format!("<SFC>{step}<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"9\"/></connectionPointIn>{condition}</transition></SFC>"),
-            "main: transition with localId 2: a connection leads to localId 9, which is not there",
+            "main: transition with localId 2: a connection refers to localId 9, which does not exist",
         ),
         (
             format!(
@@ -118,7 +118,7 @@ fn bad_xml_is_refused_with_the_place() {
                  <selectionDivergence localId=\"4\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn></selectionDivergence>\
                  <transition localId=\"2\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn>{condition}</transition></SFC>"
             ),
-            "main: selectionDivergence with localId 3: the ways through it come back to where they began",
+            "main: selectionDivergence with localId 3: the connections through it form a loop",
         ),
         (
             format!("<SFC>{step}<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn></transition></SFC>"),
@@ -126,19 +126,19 @@ fn bad_xml_is_refused_with_the_place() {
         ),
         (
             format!("<SFC>{step}<actionBlock localId=\"5\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><action qualifier=\"Q\"><reference name=\"a\"/></action></actionBlock></SFC>"),
-            "main: step s: 'Q' is no action qualifier",
+            "main: step s: 'Q' is not an action qualifier",
         ),
         (
             "<LD><contact localId=\"1\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn><variable>a</variable></contact>\
              <contact localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><variable>b</variable></contact>\
              <coil localId=\"3\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><variable>c</variable></coil></LD>"
                 .to_owned(),
-            "main: contact with localId 1: the ways through it come back to where they began",
+            "main: contact with localId 1: the connections through it form a loop",
         ),
         (
             "<LD><coil localId=\"3\"><connectionPointIn><connection refLocalId=\"7\"/></connectionPointIn><variable>c</variable></coil></LD>"
                 .to_owned(),
-            "main: coil with localId 3: a connection leads to localId 7, which is not there",
+            "main: coil with localId 3: a connection refers to localId 7, which does not exist",
         ),
         ("<LD><coil localId=\"3\"/></LD>".to_owned(), "main: coil with localId 3: it names no variable"),
     ] {

@@ -309,23 +309,23 @@ fn macro_steps_that_are_not_clear_are_refused_with_the_place() {
         (String::new(), "main: the chart of the macro step M has no step"),
         (
             ring.clone(),
-            "main: the macro step M has no step where it is entered: something leads into each of its steps",
+            "main: the macro step M has no entry step: a transition leads into each of its steps",
         ),
         (
             mark("a", &ring),
-            "main: the macro step M has no step where it is left: a transition follows each of its steps",
+            "main: the macro step M has no exit step: a transition follows each of its steps",
         ),
         (
             [&two, &*step(4, "c", &[])].concat(),
-            "main: the macro step M has several steps where it may be entered: nothing leads into a, c",
+            "main: the macro step M has several possible entry steps: no transition leads into a, c",
         ),
         (
             [&two, &*clears(5, 1, "i2"), &*step(6, "c", &[5])].concat(),
-            "main: the macro step M has several steps where it may be left: no transition follows b, c",
+            "main: the macro step M has several possible exit steps: no transition follows b, c",
         ),
         (
             mark("b", &two),
-            "main: where the macro step M is entered is not clear: its step b is marked as an initial step, and nothing leads into a",
+            "main: the entry step of the macro step M is not clear: its step b is marked as an initial step, and no transition leads into a",
         ),
         (mark("a", &mark("b", &two)), "main: the macro step M has several initial steps: a, b"),
         (
@@ -336,16 +336,16 @@ fn macro_steps_that_are_not_clear_are_refused_with_the_place() {
             deep["<SFC>".len()..deep.len() - "</SFC>".len()].to_owned(),
             "main: macroStep N8 with localId 1: it stands in 32 macro steps",
         ),
-        (nested("N", "<LD/>"), "main: macroStep N with localId 1: its body is no chart"),
+        (nested("N", "<LD/>"), "main: macroStep N with localId 1: its body is not a chart"),
         (
             [&*two, &*clears(4, 1, "i2"), &*at("jumpStep", 5, "targetName=\"nowhere\"", &[4], "")]
                 .concat(),
-            "main: a transition with localId 4 names the step nowhere, which is not there",
+            "main: a transition with localId 4 names the step nowhere, which does not exist",
         ),
         (two.replace("name=\"b\"", "name=\"A\""), "main: there are two steps M.A: localId 1, 3"),
         (
             [&*step(1, "a", &[]), &*clears(2, 9, "i2"), &*step(3, "b", &[2])].concat(),
-            "main: transition with localId 2: a connection leads to localId 9, which is not there",
+            "main: transition with localId 2: a connection refers to localId 9, which does not exist",
         ),
     ] {
         let source = around(&body);
@@ -518,7 +518,7 @@ fn nothing_is_said_to_be_rewritten_that_is_not_written() {
         TRANSITION FROM s2 TO s0 := TRUE; END_TRANSITION END_FUNCTION_BLOCK";
     let (out, told, code) = sfc(text, "a.st", &["--explicit", "-o", "-"]);
     assert!(out.is_empty() && code == Some(2), "{code:?} {out}");
-    assert!(told.contains("f: PLCopen XML has no place for methods such as m"), "{told}");
+    assert!(told.contains("f: PLCopen XML cannot express methods such as m"), "{told}");
     assert!(!told.contains("is now the branch"), "{told}");
 }
 
@@ -527,7 +527,7 @@ fn what_has_no_form_without_macro_steps_is_refused() {
     let two = [step(1, "a", &[]), clears(2, 1, "i2"), step(3, "b", &[2])].concat();
     let text = around(&two).replace("<p>i1</p>", "<p>M.T &gt; T#1s</p>");
     let (_, told, code) = sfc(&text, "a.xml", &["--explicit", "-o", "-"]);
-    assert!(told.contains("main: M.T has no form without the macro step"), "{told}");
+    assert!(told.contains("main: M.T cannot be written without the macro step"), "{told}");
     assert_eq!(code, Some(2));
     let asks = "<actions><action name=\"look\"><body><ST><p>v := M.a.X;</p></ST></body></action></actions>";
     let text = around(&two).replace("<actions></actions>", asks);

@@ -318,7 +318,7 @@ fn charts_that_are_not_safe_or_may_stop_are_warned_of() {
     };
     let stuck =
         told(&[("s1", "s2", "a"), ("s1", "s3", "b"), ("(s2, s3)", "s4", "a"), ("s4", "s1", "a")]);
-    assert_eq!(stuck[0], "p: with s2 active, nothing can clear any more, by s1 -> s2");
+    assert_eq!(stuck[0], "p: with s2 active, no transition can clear any more, by s1 -> s2");
     let twice = told(&[("s1", "(s2, s3)", "a"), ("s2", "s4", "a"), ("s3", "s4", "a")]);
     assert_eq!(
         twice,

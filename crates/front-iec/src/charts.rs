@@ -1,4 +1,4 @@
-//! What is wrong with charts by themselves, whether or not a program runs them.
+//! Findings about SFC charts by themselves, whether or not a program runs them.
 
 use super::lower::{SourceTraits, decode};
 use scanbound_base::code::Code;
@@ -8,7 +8,8 @@ use scanbound_iec::Project;
 use scanbound_iec::chart::coactive::{BUDGET, Finding, faults};
 use scanbound_iec::chart::{Chart, told};
 
-/// Warns of charts that are not safe, or in which nothing may clear any more.
+/// Warns of each step that can be entered while it is active (the chart is not safe), and of each deadlock, where no
+/// transition can ever clear again.
 #[must_use]
 pub fn hang(project: &Project) -> Vec<Diagnostic> {
     let mut found = Vec::new();
@@ -16,10 +17,10 @@ pub fn hang(project: &Project) -> Vec<Diagnostic> {
         for finding in faults(chart, BUDGET) {
             let help = match finding {
                 Finding::EnteredTwice(..) => {
-                    "the bound takes it that all its steps may be active together: join its branches as they began"
+                    "the bound assumes that all its steps may be active together: join its branches as they began"
                 }
                 Finding::Deadlock(..) => {
-                    "the chart stays there for ever: let a transition lead out, or join what runs together"
+                    "the chart stays there for ever: add a transition out of it, or join its parallel branches"
                 }
                 _ => continue,
             };
@@ -32,8 +33,8 @@ pub fn hang(project: &Project) -> Vec<Diagnostic> {
     found
 }
 
-/// Warns of what an audit would refuse in charts: conditions that cannot be read, names that are nowhere declared. Also
-/// function blocks that no program has an instance of are looked at.
+/// Warns of the faults that an audit would report in charts: faults in conditions and action blocks, and undeclared
+/// names anywhere in the project. It also lowers function blocks with charts that no program has an instance of.
 #[must_use]
 pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
     let charts = project.charts();
@@ -66,14 +67,15 @@ pub fn refused(project: &Project, facts: &Facts) -> Vec<Diagnostic> {
     found
 }
 
-/// Which transition or block of a chart a finding is about.
+/// Names the transition or action block of a chart in the line of a fault, as `chart, step NAME` or `chart, transition
+/// NAME`. None if the fault has no line, or the chart has nothing in that line.
 fn place(name: &str, chart: &Chart, fault: &Diagnostic) -> Option<String> {
     let line = fault.line?;
     let transitions = 0..chart.transitions.len();
     let mut transitions = transitions.filter(|&at| chart.transitions[at].line == line);
     let blocks = chart.steps.iter().flat_map(|step| step.blocks.iter().map(move |one| (step, one)));
     let mut blocks = blocks.filter(|(_, block)| block.line == line);
-    // Where all stands on one line, the name tells what it is.
+    // Where several elements are on one line, the fault's text decides: it is the block's name.
     let named = blocks.clone().find(|(_, block)| block.target.name() == fault.text);
     if let Some((step, _)) = named {
         return Some(format!("{name}, step {}", step.name));

@@ -1,8 +1,9 @@
-//! The languages of IEC 61131-3, as PLCopen XML and as text: charts, ladder and function block diagrams, structured
-//! text and instruction lists, as one program.
+//! Front end for IEC 61131-3: reads SFC charts, ladder (LD) and function block diagrams (FBD), structured text (ST) and
+//! instruction lists (IL), from PLCopen XML or text files, and lowers a project to one program.
 //!
-//! What is read stands in [`scanbound_iec`]; this says what it means to the analysis. A unit's instance is a routine
-//! with memory of its own, a chart is bits of steps and of stored actions that nobody else writes (`docs/sfc.md`).
+//! The crate [`scanbound_iec`] parses the files; this crate lowers what it parsed. Each instance of a unit (PROGRAM,
+//! FUNCTION_BLOCK, FUNCTION) becomes a routine with memory of its own. A chart becomes bits for its steps and stored
+//! actions that no other code writes (`docs/sfc.md`).
 
 mod assembler;
 pub mod charts;
@@ -20,9 +21,9 @@ use scanbound_iec_tree::blocks::StandardBlock;
 use scanbound_ir::Program;
 use std::borrow::Cow;
 
-/// PLCopen XML.
+/// Name of the dialect for PLCopen XML files.
 pub const XML: &str = "plcopen-xml";
-/// Text.
+/// Name of the dialect for IEC 61131-3 source text.
 pub const TEXT: &str = "iec-text";
 
 static DIALECTS: [Dialect; 2] = [
@@ -38,23 +39,24 @@ static DIALECTS: [Dialect; 2] = [
     },
 ];
 
-/// The languages of IEC 61131-3.
+/// The front end for the two IEC 61131-3 dialects, [`XML`] and [`TEXT`].
 pub struct Iec;
 
-/// The registry's entry.
+/// The front end as it is registered in the list of front ends.
 pub const FRONT: Iec = Iec;
 
-/// What the files of a project say.
+/// A parsed IEC project, not lowered yet.
 #[derive(Debug)]
 pub struct Source {
     dialect: &'static str,
     project: scanbound_iec::Project,
     options: lower::SourceTraits,
-    /// What was noticed on reading.
+    /// Warnings from reading the files, such as a guessed text encoding.
     warnings: Vec<Diagnostic>,
 }
 
-/// A file's text. Where it does not say its encoding, one is found that fits; the warning says which.
+/// Decodes a file. A text file that is neither UTF-8 nor marked with its encoding is read in the first encoding that
+/// fits, with a warning. It is an error if another candidate encoding would give different code.
 fn source_text<'a>(
     input: &'a Input,
     warnings: &mut Vec<Diagnostic>,
@@ -79,7 +81,8 @@ fn source_text<'a>(
     Ok(text.clone())
 }
 
-/// A block of the standard that a text takes from a library by name, where the project has one of the same name.
+/// Finds a standard block that the text takes from a library by a qualified name (`LIB.TON`), while the project
+/// declares a unit of the same name. Returns the fault at the first such line, or None.
 fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let own = project.pous.iter().filter(|pou| StandardBlock::named(&pou.name).is_some());
@@ -94,11 +97,10 @@ fn of_library(project: &scanbound_iec::Project, text: &str) -> Option<Fault> {
             });
             if found {
                 let told = format!(
-                    "{} of a library is named here, and the project has a unit of this name",
+                    "{} of a library is used here, and the project has a unit of the same name",
                     pou.name
                 );
-                let help =
-                    "give the project's unit another name: which of them is meant is not followed";
+                let help = "give the project's unit another name: it is not known which of the two is meant";
                 let line_number = u32::try_from(number + 1).unwrap_or(u32::MAX);
                 let fault = Fault::new(line_number, told).code(Code::DeclaredTwice);
                 return Some(fault.text(line.trim()).help(help));

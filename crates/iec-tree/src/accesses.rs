@@ -1,5 +1,4 @@
-//! What code reads, writes and calls, as one walk through it tells: questions about this differ in what they make of
-//! it.
+//! A visitor for what code reads, writes and calls. Analyses implement [`Accesses`] and share this one traversal.
 
 use crate::charts::{ActionBody, Chart, Code};
 use crate::code::{
@@ -8,26 +7,26 @@ use crate::code::{
 };
 use std::slice::from_ref;
 
-/// What is told of code. What the indices of a place do is told before the place itself, and so is what the indices in
-/// the path of a called instance or of a step's chart do. Else the order is not that in which code is executed.
+/// The callbacks of the traversal. The indices of a place are visited before the place itself; so are the indices in
+/// the path of a called instance or of a step's chart. Otherwise the order is not the order of execution.
 pub trait Accesses {
-    /// A variable is read.
+    /// Code reads a variable.
     fn reads(&mut self, place: &Place);
-    /// A variable is written.
+    /// Code writes a variable.
     fn writes(&mut self, place: &Place);
-    /// The address of a variable is taken.
+    /// Code takes the address of a variable.
     fn takes_address(&mut self, place: &Place);
-    /// A step's flag or time is read.
+    /// Code reads a step's flag or elapsed time.
     fn asks(&mut self, flag: &StepFlag);
-    /// Something is called. All that it is passed was told before.
+    /// A call, visited after all of its arguments.
     fn calls(&mut self, call: &Call);
-    /// A statement comes. What stands in it is told after this.
+    /// A statement, visited before its contents. Does nothing by default.
     fn begins(&mut self, _: &Statement) {}
-    /// Here stands code that could not be read.
+    /// Code that could not be read, which may do anything. Does nothing by default.
     fn unread(&mut self) {}
 }
 
-/// Tells what code does.
+/// Visits a routine's code.
 pub fn of_code(code: &Code, see: &mut dyn Accesses) {
     match code {
         Code::Statements(all) => of_statements(all, see),
@@ -36,7 +35,7 @@ pub fn of_code(code: &Code, see: &mut dyn Accesses) {
     }
 }
 
-/// Tells what a chart does, but not which variables stop it or start it again.
+/// Visits a chart: conditions, step code and actions. The variables `SFCInit` and `SFCReset` are not visited.
 pub fn of_chart_code(chart: &Chart, see: &mut dyn Accesses) {
     chart.conditions.iter().for_each(|one| of_expr(one, see));
     let hooks = chart.steps.iter().flat_map(|step| [&step.exit, &step.entry, &step.active]);
@@ -56,7 +55,7 @@ pub fn of_chart_code(chart: &Chart, see: &mut dyn Accesses) {
     }
 }
 
-/// Tells what statements do.
+/// Visits statements and everything nested in them. All branches are visited.
 pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
     for one in all {
         see.begins(one);
@@ -122,7 +121,7 @@ pub fn of_statements(all: &[Statement], see: &mut dyn Accesses) {
     }
 }
 
-/// Tells what an expression does.
+/// Visits an expression with its operands and indices.
 pub fn of_expr(one: &Expr, see: &mut dyn Accesses) {
     match &one.kind {
         ExprKind::Read(place) => of_read(place, see),
@@ -169,7 +168,7 @@ fn of_enable(enable: &Enable, see: &mut dyn Accesses) {
     enable.result.iter().for_each(|(place, _)| of_write(place, see));
 }
 
-/// Tells what a call does, and what it is passed.
+/// Visits a call's arguments, `EN` and `ENO`, the indices of its target, then the call itself.
 pub fn of_call(call: &Call, see: &mut dyn Accesses) {
     for (_, passed) in &call.passed {
         match passed {

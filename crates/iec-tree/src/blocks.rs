@@ -3,7 +3,7 @@
 use crate::elementary::Elementary;
 use scanbound_iec::same;
 
-/// A function block of the standard's.
+/// A standard function block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "their names are the standard's")]
 pub enum StandardBlock {
@@ -19,7 +19,7 @@ pub enum StandardBlock {
     Rs,
 }
 
-/// What a block of the standard's holds: inputs, outputs, and what it remembers.
+/// A memory cell of a standard block's instance: an input, an output or internal state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "their names are the standard's")]
 pub enum Pin {
@@ -40,14 +40,14 @@ pub enum Pin {
     S,
     R1,
     Q1,
-    /// The input in the call before.
+    /// Internal state: the value of the edge-sensitive input in the previous call.
     Was,
-    /// The other input in the call before.
+    /// Internal state of `CTUD`: the value of `CD` in the previous call.
     WasDown,
 }
 
 impl Pin {
-    /// Its name.
+    /// The name in the standard; for internal state, a made-up name in lower case.
     #[must_use]
     pub fn name(self) -> &'static str {
         [
@@ -56,7 +56,7 @@ impl Pin {
         ][self as usize]
     }
 
-    /// Its type.
+    /// The type of its value.
     #[must_use]
     pub fn of(self) -> Elementary {
         match self {
@@ -68,7 +68,7 @@ impl Pin {
 }
 
 impl StandardBlock {
-    /// All of them, with their names.
+    /// All blocks with their names, in the order of the enum.
     const ALL: [(StandardBlock, &'static str); 10] = [
         (StandardBlock::Ton, "TON"),
         (StandardBlock::Tof, "TOF"),
@@ -82,19 +82,19 @@ impl StandardBlock {
         (StandardBlock::Rs, "RS"),
     ];
 
-    /// Its name, which is also that of its row in timing tables.
+    /// The name in the standard, which is also the row name in timing tables.
     #[must_use]
     pub fn name(self) -> &'static str {
         StandardBlock::ALL[self as usize].1
     }
 
-    /// The block of this name.
+    /// The block of this name, ignoring case; `None` if there is none.
     #[must_use]
     pub fn named(name: &str) -> Option<StandardBlock> {
         StandardBlock::ALL.iter().find(|(_, own)| same(own, name)).map(|(one, _)| *one)
     }
 
-    /// Its inputs in the order of arguments without names.
+    /// The inputs, in the order of positional arguments.
     #[must_use]
     pub fn inputs(self) -> &'static [Pin] {
         match self {
@@ -108,7 +108,7 @@ impl StandardBlock {
         }
     }
 
-    /// Its outputs and what it remembers, which lie behind its inputs.
+    /// The outputs and internal state, which follow the inputs in memory.
     fn rest(self) -> &'static [Pin] {
         match self {
             StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp => {
@@ -121,18 +121,19 @@ impl StandardBlock {
         }
     }
 
-    /// All that it holds, as it lies in memory.
+    /// All inputs, outputs and internal state, in memory order.
     pub fn pins(self) -> impl Iterator<Item = Pin> {
         self.inputs().iter().chain(self.rest()).copied()
     }
 
-    /// The number of a pin in memory.
+    /// The index of a pin in memory order; `None` if the block does not have it.
     #[must_use]
     pub fn position(self, pin: Pin) -> Option<usize> {
         self.pins().position(|one| one == pin)
     }
 
-    /// The pin of this name; some inputs go by two.
+    /// The pin of this name, ignoring case. Alternative names such as `RESET` for `R` are accepted; `None` if there is
+    /// none.
     #[must_use]
     pub fn pin(self, name: &str) -> Option<Pin> {
         let second = match (self, name.to_ascii_uppercase().as_str()) {
@@ -146,13 +147,13 @@ impl StandardBlock {
         second.or_else(|| self.pins().find(|pin| same(pin.name(), name)))
     }
 
-    /// Whether it measures a time.
+    /// Whether it is `TON`, `TOF` or `TP`.
     #[must_use]
     pub fn is_timer(self) -> bool {
         matches!(self, StandardBlock::Ton | StandardBlock::Tof | StandardBlock::Tp)
     }
 
-    /// Whether it is a counter.
+    /// Whether it is `CTU`, `CTD` or `CTUD`.
     #[must_use]
     pub fn is_counter(self) -> bool {
         matches!(self, StandardBlock::Ctu | StandardBlock::Ctd | StandardBlock::Ctud)

@@ -1,5 +1,5 @@
-//! Sequential function charts with what they name. Steps, transitions and macro steps have the numbers that they have
-//! in the chart as it is written, which says how they hang together.
+//! Resolved sequential function charts. Steps, transitions and macro steps keep the indices of the syntax tree's chart,
+//! which holds the connections.
 
 pub use crate::code::StepFlag;
 use crate::code::{Expr, Place, Statement};
@@ -7,45 +7,47 @@ use crate::ids::{RoutineId, VarId};
 use scanbound_iec::Language;
 use scanbound_iec::fault::Fault;
 
-/// A chart.
+/// A resolved sequential function chart.
 #[derive(Debug, Clone)]
 pub struct Chart {
-    /// As it is written.
+    /// The chart of the syntax tree.
     pub written: scanbound_iec::chart::Chart,
-    /// The steps.
+    /// The code of each step outside its action blocks.
     pub steps: Vec<Hooks>,
-    /// The conditions of the transitions.
+    /// The condition of each transition.
     pub conditions: Vec<Expr>,
-    /// The actions, in the order in which blocks first name them.
+    /// The actions, in the order in which action blocks first name them.
     pub actions: Vec<Action>,
-    /// In which order controllers execute them.
+    /// The possible execution orders of the actions.
     pub orders: Orders,
-    /// The variable that stops the chart in its initial state while it is true (`SFCInit`).
+    /// The Boolean variable `SFCInit`: while it is true, the chart stays in its initial state. `None` if not declared.
     pub halt: Option<VarId>,
-    /// The variable that takes the chart back to its initial state (`SFCReset`).
+    /// The Boolean variable `SFCReset`: while it is true, the chart returns to its initial state. `None` if not
+    /// declared.
     pub restart: Option<VarId>,
 }
 
-/// What a step executes besides its action blocks.
+/// The code of a step outside its action blocks (CODESYS).
 #[derive(Debug, Clone)]
 pub struct Hooks {
-    /// Once when it has ended.
+    /// Runs once when the step has ended.
     pub exit: Option<Statement>,
-    /// Once when it becomes active.
+    /// Runs once when the step becomes active.
     pub entry: Option<Statement>,
-    /// While it is active.
+    /// Runs while the step is active.
     pub active: Option<Statement>,
 }
 
-/// In which order actions are executed, by their numbers. The third order is the one in which blocks first name them.
+/// The orders in which controllers may execute the actions, as indices into [`Chart::actions`]. A third possible order
+/// is that of `actions` itself.
 #[derive(Debug, Clone)]
 pub struct Orders {
-    /// As they are declared: Boolean variables first, then the unit's actions, then all others. Of a chart that is
-    /// drawn as generators declare them in text.
+    /// The order of declaration: Boolean variables first, then the unit's actions, then all others. For a drawn chart,
+    /// the order in which generators declare them in text.
     pub declared: Vec<usize>,
-    /// Whether it is known in which order they are declared.
+    /// Whether `declared` is certain to be the order of declaration.
     pub declared_is_clear: bool,
-    /// By their names.
+    /// By name, ignoring case.
     pub alphabetical: Vec<usize>,
 }
 
@@ -54,42 +56,42 @@ pub struct Orders {
 pub struct Action {
     /// Its name, for messages.
     pub name: String,
-    /// The times of the inputs of its control.
+    /// The times of its action control inputs; `None` for an input without a time.
     pub times: Vec<Option<Expr>>,
-    /// How many blocks name it.
+    /// The number of action blocks that name it.
     pub blocks: usize,
-    /// What is done while it is on.
+    /// The effect of the action.
     pub body: ActionBody,
-    /// The line of the first block that names it.
+    /// The line of the first block that names it, from 1.
     pub line: u32,
 }
 
-/// What an action does.
+/// The effect of an action.
 #[derive(Debug, Clone)]
 pub enum ActionBody {
-    /// What stands in a block itself, and its language.
+    /// A body written in the block itself, with its language.
     Inline(Language, Code),
-    /// A Boolean variable is true.
+    /// A Boolean variable, which is true while the action is active.
     Variable(Place),
-    /// An action is called.
+    /// A call of an action.
     Call(Statement),
-    /// The blocks of drawn conditions are executed, by a call of this action of the unit.
+    /// A call of the action that executes the blocks in drawn conditions; the routine is that action of the unit.
     Computed(Statement, RoutineId),
 }
 
-/// What is executed.
+/// The code of a routine or an inline action.
 #[derive(Debug, Clone)]
 pub enum Code {
-    /// Statements.
+    /// Statements in order.
     Statements(Vec<Statement>),
-    /// A chart.
+    /// A sequential function chart.
     Chart(Box<Chart>),
-    /// What could not be read, and why.
+    /// Code that could not be read, with the reason.
     Unread(Fault),
 }
 
 impl Code {
-    /// Whether there is nothing to execute.
+    /// Whether it has no statements. A chart and unreadable code do not count as empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         matches!(self, Code::Statements(all) if all.is_empty())

@@ -9,134 +9,135 @@ use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use std::sync::Arc;
 
-/// Where a path of a variable begins.
+/// The start of a [`Place`]'s path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Root {
-    /// A variable: of the instance whose code it is, of its routine, or a global one.
+    /// A variable of the current instance, of the current routine, or a global one.
     Variable(VarId),
-    /// The instance whose code it is.
+    /// The current instance (`THIS`).
     This,
-    /// The instance of a program, by its number among those of the tree.
+    /// A program instance, by its index in [`crate::tree::Tree::programs`].
     Program(usize),
     /// A direct address.
     Address(AddressId),
-    /// A value that is kept.
+    /// A value stored by a statement list or a drawing.
     Temporary(TempId),
-    /// A variable that a reference means, by its number among those whose address is taken; only lowering has it.
+    /// A variable that a reference may point to, by its index among the variables whose address is taken. Only lowering
+    /// creates it.
     Target(u32),
 }
 
-/// A step of a path.
+/// One selector of a [`Place`]'s path.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step {
-    /// A part of a structure, by its number.
+    /// A field of a structure, by its index.
     Part(usize),
-    /// A variable of an instance.
+    /// A variable of a block instance.
     Member(VarId),
-    /// A pin of an instance of a standard block.
+    /// A pin of a standard block's instance.
     Pin(Pin),
-    /// An element of an array, one index a dimension.
+    /// An array element, with one index for each dimension.
     Element(Vec<Expr>),
-    /// A bit of a number.
+    /// A bit of an integer or bit string, by its number.
     Bit(u8),
-    /// What a reference, a pointer or an interface means.
+    /// The target of a reference, a pointer or an interface.
     Dereference,
-    /// The result of a method of an instance, as its last call left it; whether that of a base is meant.
+    /// The result of a method of an instance, left by its last call. `true`: the method of the base, not an override.
     Result(RoutineId, bool),
 }
 
-/// A variable or a part of one.
+/// A resolved variable path: a variable or a part of one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Place {
-    /// Where its path begins.
+    /// The start of the path.
     pub root: Root,
-    /// How it goes on.
+    /// The selectors that follow, from the start on.
     pub steps: Vec<Step>,
-    /// The type of what lies there.
+    /// The type of the value at the place.
     pub ty: TypeId,
-    /// As it is written, for messages.
+    /// The source text of the path, for messages.
     pub text: Arc<str>,
 }
 
-/// An expression.
+/// A typed expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// The kind of expression, with its operands.
     pub kind: ExprKind,
     /// The type of its value.
     pub ty: TypeId,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// What an expression is.
+/// The kinds of expressions, with their operands.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ExprKind {
-    /// A truth value.
+    /// `TRUE` or `FALSE`.
     Bool(bool),
-    /// A whole number as it is written, without a type.
+    /// An integer literal without a type prefix.
     Whole(i64),
-    /// A whole number that has a type of its own: a written one, or that of a constant.
+    /// An integer with its own type: a literal with a prefix, or a typed constant's value.
     Typed(i64),
-    /// The value of an enumeration, or of a constant without a type of its own.
+    /// The integer of an enumeration value, or of a constant whose type does not affect the expression.
     Named(i64),
-    /// A real number as it is written.
+    /// A `REAL` literal in its source spelling.
     Real(String),
     /// A duration in nanoseconds.
     Time(i64),
-    /// A long real or a date, which is not followed.
+    /// A long real or a date: its value is not modelled.
     Opaque,
-    /// Text.
+    /// A string literal.
     Text(String),
     /// The value of a variable.
     Read(Place),
-    /// Whether a step of a chart is active, or for how long.
+    /// The flag of a chart's step (`S.X`) or its elapsed time (`S.T`).
     Step(Box<StepFlag>),
-    /// The address of a variable.
+    /// The address of a variable, for a reference or pointer.
     Address(Place),
-    /// The address of nothing.
+    /// The null reference.
     Null,
     /// `NOT`
     Not(Box<Expr>),
     /// `-`
     Negate(Box<Expr>),
-    /// Two operands of one type, and what is done with them.
+    /// A binary operator whose operands have been converted to one type.
     Binary(Operator, Box<Expr>, Box<Expr>),
-    /// The value becomes one of the expression's type by itself.
+    /// An implicit conversion of the operand to the expression's type.
     Convert(Box<Expr>),
-    /// What the project's own functions and methods give.
+    /// The result of a call of one of the project's functions or methods.
     Call(Box<Call>),
-    /// What a function of the standard's gives.
+    /// The result of a standard function.
     Standard(Box<Applied>),
-    /// What a value is made of that a declaration lists: elements, or parts by their numbers. It is not worked out.
+    /// The listed initial values of an array or structure. The list is kept for the calls in it; it is not evaluated.
     List(Vec<Expr>),
-    /// A call, and what is worked out behind it: a part of what the call gives.
+    /// A call that runs first, then an expression that reads a part of the call's result.
     After(Box<(Call, Expr)>),
-    /// One of two values: controllers differ; of none, any value.
+    /// Either of two values, because controllers differ; `None`: any value.
     Either(Option<Box<(Expr, Expr)>>),
-    /// What is wrong with it.
+    /// A faulty expression. The fault is reported if the expression is executed.
     Fault(Box<Fault>),
 }
 
-/// A function of the standard's with its inputs.
+/// A call of a standard function.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Applied {
-    /// Which one.
+    /// The function that is called.
     pub function: Function,
-    /// Its name in capitals.
+    /// The function's name in capitals.
     pub name: String,
-    /// Its inputs as they are written.
+    /// The inputs in source order.
     pub inputs: Vec<Expr>,
-    /// The inputs in the function's order: indices into `inputs`. Nothing where one is left out.
+    /// Indices into `inputs`, in the order of the function's parameters; `None` if an input is missing.
     pub order: Option<Vec<usize>>,
-    /// Its outputs besides its result, which may be anything.
+    /// The variables that receive outputs other than the result. Their values may be anything.
     pub outputs: Vec<Place>,
     /// `EN` and `ENO`.
     pub enable: Enable,
 }
 
 impl Applied {
-    /// Whether it gives more than its result.
+    /// Whether it writes more than its result: other outputs or `ENO`.
     #[must_use]
     pub fn gives_more(&self) -> bool {
         self.enable.result.is_some() || !self.outputs.is_empty()
@@ -146,80 +147,80 @@ impl Applied {
 /// `EN` and `ENO` of a call.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Enable {
-    /// What `EN` is given.
+    /// The value passed to `EN`; `None` if `EN` is not passed.
     pub condition: Option<Expr>,
-    /// Whether what is called declares `EN` itself.
+    /// Whether the called unit declares `EN` as an input of its own.
     pub is_input: bool,
-    /// Where `ENO` goes, and whether it is negated on the way.
+    /// The variable that receives `ENO`, and whether the value is negated; `None` if `ENO` is not used.
     pub result: Option<(Place, bool)>,
-    /// Whether what is called declares `ENO` itself.
+    /// Whether the called unit declares `ENO` as an output of its own.
     pub is_output: bool,
 }
 
 impl Enable {
-    /// Whether either is there.
+    /// Whether the call uses `EN` or `ENO`.
     #[must_use]
     pub fn is_given(&self) -> bool {
         self.condition.is_some() || self.result.is_some()
     }
 }
 
-/// What a call calls.
+/// The target of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Target {
-    /// A function of the project's.
+    /// A function declared in the project.
     Function(UnitId),
-    /// An instance of a function block of the project's.
+    /// An instance of a function block declared in the project.
     Instance(Place, UnitId),
-    /// An instance of a standard block.
+    /// An instance of a standard function block.
     Standard(Place, StandardBlock),
     /// An action of an instance.
     Action(Place, RoutineId),
-    /// A method of an instance, which a method of the same name nearer to the instance's unit takes the place of.
+    /// A method of an instance, with dynamic dispatch: an override in the instance's own unit is executed in its place.
     Method(Place, RoutineId),
-    /// The method that the base has (`SUPER^.m()`).
+    /// A method of the base unit (`SUPER^.m()`), without dynamic dispatch.
     BaseMethod(RoutineId),
-    /// The body that the base has (`SUPER^()`).
+    /// The body of the base unit (`SUPER^()`).
     BaseBody(UnitId),
-    /// A program, by its instance.
+    /// A program instance.
     Program(Place, UnitId),
 }
 
-/// A parameter of what is called.
+/// A parameter of the called unit or block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Parameter {
-    /// A variable of what is called.
+    /// A variable of the called unit or method.
     Variable(VarId),
     /// A pin of a standard block.
     Pin(Pin),
 }
 
-/// How a value is passed.
+/// The passing mode of an argument.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Passed {
-    /// As a value, which becomes one of the parameter's type.
+    /// An input: the value, converted to the parameter's type.
     ByValue(Expr),
-    /// What is called changes the caller's own variable.
+    /// VAR_IN_OUT: the callee reads and writes the caller's variable.
     InOut(Expr),
-    /// A result goes there, maybe negated.
+    /// An output: the variable that receives it, and whether the value is negated.
     Output(Place, bool),
-    /// The result goes nowhere.
+    /// An output that is not used.
     Dropped,
 }
 
-/// A call of what the project declares, or of a standard block.
+/// A call of a unit, action or method of the project, or of a standard block.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Call {
-    /// What is called.
+    /// The called unit, routine or block.
     pub target: Target,
-    /// What is passed, in the order in which it is written.
+    /// The arguments in source order, with their parameters.
     pub passed: Vec<(Parameter, Passed)>,
     /// `EN` and `ENO`.
     pub enable: Enable,
 }
 
 impl Call {
-    /// The values that it passes.
+    /// The values passed as inputs and VAR_IN_OUT.
     pub fn values(&self) -> impl Iterator<Item = &Expr> {
         self.passed.iter().filter_map(|(_, passed)| match passed {
             Passed::ByValue(one) | Passed::InOut(one) => Some(one),
@@ -227,98 +228,99 @@ impl Call {
         })
     }
 
-    /// The values that it passes, and what `EN` is given.
+    /// The values passed as inputs and VAR_IN_OUT, then the value of `EN`.
     pub fn given(&self) -> impl Iterator<Item = &Expr> {
         self.values().chain(&self.enable.condition)
     }
 }
 
-/// A statement.
+/// A typed statement.
 #[derive(Debug, Clone)]
 pub struct Statement {
-    /// What it does.
+    /// The kind of statement, with its operands.
     pub kind: StatementKind,
-    /// Its first line, for messages.
+    /// The first line of its source, for messages.
     pub text: Arc<str>,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// One of a `CASE`'s values, or a range of them.
+/// A label of a `CASE` arm: a value or a range.
 #[derive(Debug, Clone)]
 pub struct Selector {
-    /// The value, or the least.
+    /// The value, or the lower limit of the range.
     pub low: Expr,
-    /// The largest.
+    /// The upper limit; `None` for a single value.
     pub high: Option<Expr>,
 }
 
-/// `FOR`
+/// The parts of a `FOR` loop.
 #[derive(Debug, Clone)]
 pub struct ForLoop {
-    /// What it counts.
+    /// The control variable.
     pub variable: Place,
-    /// The first value.
+    /// The first value, converted to the variable's type.
     pub from: Expr,
-    /// The last value.
+    /// The final value.
     pub to: Expr,
-    /// By how much it is counted on; nothing where that is no number that is known.
+    /// The step; `None` if it is not a known constant.
     pub by: Option<i64>,
-    /// What is repeated.
+    /// The loop body.
     pub body: Vec<Statement>,
 }
 
-/// What a statement does.
+/// The kinds of statements, with their operands.
 #[derive(Debug, Clone)]
 pub enum StatementKind {
-    /// A value goes to a variable.
+    /// Assigns the value to the variable.
     Assign(Place, Expr),
-    /// A value is kept for other statements of the body.
+    /// Stores a value in a temporary for later statements of the body.
     Keep(TempId, Expr),
-    /// A structure, an array or an instance is copied.
+    /// Copies an array, structure or instance; the target is the first operand.
     Copy(Place, Place),
-    /// A variable is set (true) or reset where a condition holds.
+    /// Writes `true` (set) or `false` (reset) to the variable if the condition is true; otherwise leaves it unchanged.
     Latch(Place, bool, Expr),
-    /// Something is called.
+    /// A call of a unit, action, method or standard block.
     Call(Call),
-    /// A function of the standard's is called for its outputs.
+    /// A call of a standard function as a statement, for its outputs.
     Standard(Applied),
-    /// A call under a condition.
+    /// A call that is executed only if the condition is true.
     CallIf(Expr, Box<Statement>),
-    /// A call, and what is done behind it to a part of what the call gives.
+    /// A call that runs first, then a statement that uses a part of the call's result.
     After(Box<(Call, Statement)>),
-    /// Code of another language, of which the user states what it does.
+    /// Code of another language, whose time and writes the user states.
     Foreign(Stated),
-    /// `IF`
+    /// `IF`: the conditions with their bodies, then the `ELSE` body.
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
-    /// `CASE`
+    /// `CASE`: the selector expression, the labels with their bodies, then the `ELSE` body.
     Case(Expr, Vec<(Vec<Selector>, Vec<Statement>)>, Vec<Statement>),
-    /// `FOR`
+    /// `FOR`, with its parts.
     For(Box<ForLoop>),
-    /// `WHILE`
+    /// `WHILE`: the condition and the body.
     While(Expr, Vec<Statement>),
-    /// `REPEAT`
+    /// `REPEAT`: the body and the `UNTIL` condition that ends the loop.
     Repeat(Vec<Statement>, Expr),
     /// `EXIT`
     Exit,
     /// `CONTINUE`
     Continue,
-    /// `RETURN`, under a condition.
+    /// `RETURN`, if the condition is true.
     Return(Expr),
-    /// A jump to a label of the body, by its number, under a condition.
+    /// A forward jump to the label with this number in the body, if the condition is true.
     Jump(Expr, u32),
-    /// A label of the body, by its number.
+    /// The label with this number in the body.
     Label(u32),
-    /// One or the other: controllers differ, and this says how the first one is special.
+    /// Either of two statement lists is executed, because controllers differ. The text says what distinguishes the
+    /// first.
     Either(&'static str, Vec<Statement>, Vec<Statement>),
-    /// A name alone, which does nothing.
+    /// A statement without effect, such as a name alone.
     Nothing,
-    /// What is wrong with it.
+    /// A faulty statement. The fault is reported if the statement is executed.
     Fault(Box<Fault>),
 }
 
 impl Place {
-    /// The indices of its elements, in the order of its path.
+    /// The array indices in the path, in order.
     pub fn indices(&self) -> impl Iterator<Item = &Expr> {
         self.steps.iter().flat_map(|step| match step {
             Step::Element(indices) => &indices[..],
@@ -326,12 +328,12 @@ impl Place {
         })
     }
 
-    /// The indices that are worked out.
+    /// The array indices that are not integer constants.
     pub fn open_indices(&self) -> impl Iterator<Item = &Expr> {
         self.indices().filter(|index| index.whole().is_none())
     }
 
-    /// Whether an index is worked out.
+    /// Whether an array index is not an integer constant.
     #[must_use]
     pub fn has_open_index(&self) -> bool {
         self.open_indices().next().is_some()
@@ -339,7 +341,7 @@ impl Place {
 }
 
 impl Expr {
-    /// Without the calls that come before it.
+    /// The expression without the calls that run before it ([`ExprKind::After`]).
     #[must_use]
     pub fn after_calls(&self) -> &Expr {
         match &self.kind {
@@ -348,7 +350,7 @@ impl Expr {
         }
     }
 
-    /// Without what becomes of it by itself.
+    /// The expression without the implicit conversions around it.
     #[must_use]
     pub fn unconverted(&self) -> &Expr {
         match &self.kind {
@@ -357,7 +359,7 @@ impl Expr {
         }
     }
 
-    /// The whole number that it is, if that is known.
+    /// The value of an integer constant expression; `None` if it is not one.
     #[must_use]
     pub fn whole(&self) -> Option<i64> {
         match &self.kind {
@@ -373,7 +375,7 @@ impl Expr {
         }
     }
 
-    /// Shows what it is directly made of, what calls pass and what `EN` is given included; not what stands in indices.
+    /// Calls `see` for the direct operands, including a call's arguments and `EN`. Indices in paths are not visited.
     pub fn each_operand(&self, see: &mut dyn FnMut(&Expr)) {
         match &self.kind {
             ExprKind::Not(inner) | ExprKind::Negate(inner) | ExprKind::Convert(inner) => see(inner),
@@ -411,14 +413,14 @@ impl Expr {
         }
     }
 
-    /// Shows it and all in it, but not what stands in indices.
+    /// Calls `see` for the expression and all operands in it, at any depth. Indices in paths are not visited.
     pub fn each(&self, see: &mut dyn FnMut(&Expr)) {
         see(self);
         self.each_operand(&mut |one| one.each(see));
     }
 
-    /// Shows what in it calls what the project declares, or is a function of the standard's that gives more than its
-    /// result; what stands in indices counts, too.
+    /// Calls `see` for every expression in it, indices included, that calls code of the project or a standard function
+    /// that writes more than its result.
     pub fn each_call(&self, see: &mut dyn FnMut(&Expr)) {
         self.each(&mut |one| match &one.kind {
             ExprKind::Call(_) | ExprKind::After(_) => see(one),
@@ -431,7 +433,7 @@ impl Expr {
         });
     }
 
-    /// Whether it calls what the project declares, or a function of the standard's that gives more than its result.
+    /// Whether it, indices included, calls code of the project or a standard function that writes more than its result.
     #[must_use]
     pub fn calls(&self) -> bool {
         let mut found = false;
@@ -440,7 +442,7 @@ impl Expr {
     }
 }
 
-/// Calls `see` with statements and all that they contain.
+/// Calls `see` for every statement and for all nested statements, outer ones first.
 pub fn each_statement<'s>(all: &'s [Statement], see: &mut dyn FnMut(&'s Statement)) {
     for one in all {
         see(one);
@@ -448,7 +450,7 @@ pub fn each_statement<'s>(all: &'s [Statement], see: &mut dyn FnMut(&'s Statemen
     }
 }
 
-/// Whether a CONTINUE is among the statements of a loop, and none of an inner loop's.
+/// Whether the statements contain a `CONTINUE` that belongs to the enclosing loop, not to an inner one.
 #[must_use]
 pub fn continues(all: &[Statement]) -> bool {
     all.iter().any(|one| match &one.kind {
@@ -459,7 +461,7 @@ pub fn continues(all: &[Statement]) -> bool {
 }
 
 impl Statement {
-    /// The lists of statements that it contains.
+    /// The statement lists nested directly in this statement.
     fn bodies(&self) -> Vec<&[Statement]> {
         match &self.kind {
             StatementKind::If(arms, otherwise) => {
@@ -478,26 +480,26 @@ impl Statement {
     }
 }
 
-/// A step or a macro step of a chart of an instance, and what is read of it.
+/// A read of a step's or macro step's flag or elapsed time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepFlag {
-    /// The instance.
+    /// The instance that executes the chart.
     pub owner: Place,
-    /// The routine that is the chart.
+    /// The routine whose code is the chart.
     pub chart: RoutineId,
-    /// The number of the step; those of macro steps follow those of steps.
+    /// The index of the step; macro steps are numbered after all steps.
     pub step: usize,
-    /// Whether it is asked for how long the step is active (`S.T`), or whether it is (`S.X`).
+    /// Whether the elapsed time (`S.T`) is read, not the flag (`S.X`).
     pub is_time: bool,
 }
 
-/// What the user states of code that is not there, or that is of another language.
+/// The user's statement about code that is missing or in another language.
 #[derive(Debug, Clone)]
 pub struct Stated {
-    /// What it is called in the facts, for messages.
+    /// Its key in the facts file, for messages.
     pub name: String,
-    /// How long it takes.
+    /// Its execution time.
     pub time: Picos,
-    /// What it may write besides the variables of its instance; or what is wrong with that.
+    /// The variables that it may write besides those of its instance, or the fault in a stated name.
     pub writes: Vec<Result<Place, Fault>>,
 }

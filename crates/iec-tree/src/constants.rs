@@ -1,26 +1,27 @@
-//! Whole numbers that are known as they stand: of constants and of the values of enumerations, by the names that are
-//! visible where they are written.
+//! Integer values of constant expressions: constants and enumeration values are looked up by the names visible where
+//! the expression stands.
 
 use scanbound_iec::ast::{Expr, Literal};
 use scanbound_iec::{Project, Section, TypeRef, Variable, same};
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Variables that hide global names: those of each unit that is around, the innermost first.
+/// The variables that hide global names: one slice for each enclosing unit, the innermost first.
 pub type Scope<'s> = [&'s [Variable]];
 
-/// How many constants may refer to each other in a row.
+/// The maximum depth of constants that refer to each other.
 const DEPTH: u32 = 100;
 
-/// How many names are looked up for one number.
+/// The maximum number of constants looked up for one expression.
 const MAX_LOOKUPS: u32 = 10_000;
 
-/// What a global name stands for.
+/// A declaration that a global name may refer to.
 #[derive(Clone, Copy)]
 enum Source<'p> {
-    /// A value of an enumeration: the type, if it has a name, all its values, and which it is.
+    /// An enumeration value: the type's name (`None` for an anonymous type), all values of the type, and the index of
+    /// this one.
     Listed { of: Option<&'p str>, values: &'p [(String, Option<Expr>)], at: usize },
-    /// A global variable: its list, if that has a name, and what stands in it.
+    /// A global variable: its list's name (empty if it has none), all variables of the list, and the index of this one.
     Global { list: &'p str, all: &'p [Variable], at: usize },
 }
 
@@ -28,9 +29,9 @@ enum Source<'p> {
 #[derive(Default)]
 pub struct Constants<'p> {
     sources: Vec<Source<'p>>,
-    /// The sources of each name, in capitals.
+    /// The indices in `sources` of each name, in capitals.
     named: BTreeMap<String, Vec<usize>>,
-    /// The names, in capitals, of lists of global variables, of types, and of units and global variables.
+    /// The names, in capitals, of global variable lists, of types, and of units and global variables.
     lists: BTreeSet<String>,
     types: BTreeSet<String>,
     others: BTreeSet<String>,
@@ -40,7 +41,7 @@ pub struct Constants<'p> {
 }
 
 impl<'p> Constants<'p> {
-    /// Those of a project.
+    /// Collects the global constants and enumerations of a project.
     #[must_use]
     pub fn new(project: &'p Project) -> Constants<'p> {
         let mut found = Constants::default();
@@ -76,20 +77,22 @@ impl<'p> Constants<'p> {
         }
     }
 
-    /// A whole number, as it stands where these variables hide global names. Nothing, too, where constants refer to
-    /// each other without an end.
+    /// The value of an integer constant expression whose names are hidden by `scope`. `None` if it is not constant, if
+    /// a name is ambiguous, on overflow, or if constants refer to each other endlessly.
     pub fn number(&self, one: &Expr, scope: &Scope<'_>) -> Option<i64> {
         self.lookups.set(0);
         self.within(one, scope, 0)
     }
 
-    /// The number that a global name stands for, alone or behind its type (`Type#Value`).
+    /// The value of a global constant or enumeration value: `Value` or `Type#Value`. `None` as for
+    /// [`Constants::number`].
     pub fn named(&self, name: &str) -> Option<i64> {
         self.lookups.set(0);
         self.global_name(name, 0)
     }
 
-    /// Whether constants that such a number needs refer to each other without an end.
+    /// Whether evaluating the expression exceeds the limits on depth or number of lookups, as constants do that refer
+    /// to themselves.
     pub fn is_endless(&self, one: &Expr, scope: &Scope<'_>) -> bool {
         self.endless.set(false);
         self.number(one, scope);
@@ -109,7 +112,7 @@ impl<'p> Constants<'p> {
                 };
                 let mut around = scope.iter().enumerate();
                 match around.find_map(|(at, all)| Some((at, declared(all, name)?))) {
-                    // What the initial value names is looked for from there on.
+                    // Names in the initial value are looked up from the scope of its declaration outwards.
                     Some((at, own)) => self.held(own, &scope[at..], depth),
                     None => self.global_name(name, depth),
                 }
@@ -118,7 +121,7 @@ impl<'p> Constants<'p> {
         }
     }
 
-    /// A constant of a list, or a value of an enumeration, by the list's or the type's name.
+    /// The value of `list.constant` or `Type.value`; `None` if a variable in scope has the name in front of the dot.
     fn owned(&self, of: &str, name: &str, scope: &Scope<'_>, depth: u32) -> Option<i64> {
         if scope.iter().any(|all| declared(all, of).is_some()) {
             return None;
@@ -129,7 +132,7 @@ impl<'p> Constants<'p> {
         };
         match self.global(name, &is_it, depth) {
             None if !self.is_declared(of) => {
-                // A list of which the file does not say the name.
+                // The name may be that of a list that the file leaves unnamed.
                 let is_unnamed = |source: Source<'_>| match source {
                     Source::Listed { .. } => false,
                     Source::Global { list, .. } => list.is_empty(),
@@ -140,7 +143,7 @@ impl<'p> Constants<'p> {
         }
     }
 
-    /// Whether a name is that of a list of global variables or of a type.
+    /// Whether a global variable list or a type has this name.
     pub fn is_list_or_type(&self, name: &str) -> bool {
         let key = name.to_ascii_uppercase();
         self.lists.contains(&key) || self.types.contains(&key)
@@ -150,7 +153,7 @@ impl<'p> Constants<'p> {
         self.is_list_or_type(name) || self.others.contains(&name.to_ascii_uppercase())
     }
 
-    /// The global variables of a name: the list, and all and which of its variables.
+    /// The global variables of this name: for each, its list's name, all variables of the list, and the variable.
     pub fn globals(
         &self,
         name: &str,
@@ -175,12 +178,13 @@ impl<'p> Constants<'p> {
         }
     }
 
-    /// The number of a global name. A name that several have with different numbers says none by itself.
+    /// The value of a global name, among the sources that satisfy `is_it`. `None` if constants of this name have
+    /// different values, or if one has no known value.
     fn global(&self, name: &str, is_it: &dyn Fn(Source<'_>) -> bool, depth: u32) -> Option<i64> {
         let all = self.named.get(&name.to_ascii_uppercase())?;
         let mut found = None;
         for &at in all.iter().filter(|&&at| is_it(self.sources[at])) {
-            // What is no constant has no value of its own that others could contradict.
+            // A variable that is not constant has no fixed value, so it does not make the name ambiguous.
             if let Source::Global { all, at, .. } = self.sources[at]
                 && !all[at].constant
             {
@@ -201,7 +205,7 @@ impl<'p> Constants<'p> {
         }
         let found = match self.sources[which] {
             Source::Global { list, all, at } => {
-                // In a list with a name its own constants come first.
+                // A constant of a named list refers to constants of the same list first.
                 let scope: &Scope<'_> = if list.is_empty() { &[] } else { &[all] };
                 self.held(&all[at], scope, depth)
             }
@@ -219,7 +223,7 @@ impl<'p> Constants<'p> {
         found
     }
 
-    /// What a constant holds.
+    /// The value of a variable declared `CONSTANT`; `None` for other variables.
     fn held(&self, one: &Variable, scope: &Scope<'_>, depth: u32) -> Option<i64> {
         let initial = one.initial.as_ref().filter(|_| one.constant)?;
         self.deeper(initial, scope, depth)
@@ -235,7 +239,8 @@ impl<'p> Constants<'p> {
     }
 }
 
-/// The variable of this name that is declared here and is no global one that is only made known.
+/// The variable of this name declared in `all`. `VAR_EXTERNAL` does not count, because it only refers to a global
+/// variable.
 fn declared<'s>(all: &'s [Variable], name: &str) -> Option<&'s Variable> {
     all.iter().find(|one| one.section != Section::External && same(&one.name, name))
 }

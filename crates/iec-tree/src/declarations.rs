@@ -1,4 +1,4 @@
-//! What a project declares, by ids: units, routines, variables.
+//! Declarations of a project: units, routines and variables, referred to by ids.
 
 pub use crate::charts::Code;
 use crate::code::Expr;
@@ -8,47 +8,47 @@ use crate::types::TypeId;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Language, PouKind, Section};
 
-/// Whose a variable is.
+/// The scope that owns a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Owner {
-    /// Each instance of a unit has its own; a function has one instance.
+    /// A unit: each instance has its own copy. A function has a single instance.
     Unit(UnitId),
-    /// A method has its own, one for each instance.
+    /// A method: each instance of its unit has its own copy.
     Routine(RoutineId),
-    /// It is global: the number of its list.
+    /// A list of global variables, by its index in [`crate::tree::Tree::globals`].
     Global(usize),
 }
 
-/// What a variable begins with where its declaration says nothing.
+/// The initial value that a variable's type gives it if its declaration states none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum First {
-    /// 0, as the standard's elementary types do.
+    /// 0: the default of the standard's elementary types and texts.
     Zero,
-    /// The first value of its enumeration.
+    /// The first value of its enumeration type.
     Number(i64),
-    /// It is not followed.
+    /// Not determined.
     Unknown,
 }
 
-/// What a variable begins with before the first scan, as its declaration and its type say.
+/// The value of a variable before the first scan, from its declaration and its type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Initial {
-    /// 0, with all that it has.
+    /// 0, in all of its parts.
     Zero,
-    /// A number that is not 0: 1 for a bit that is on, half milliseconds for a time, the bits of a real.
+    /// A nonzero number: 1 for a true bit; a time in units of 0.5 ms; the IEEE 754 bits of a `REAL`.
     Number(i64),
-    /// What each part begins with, of a structure or a block of the standard's.
+    /// The values of a structure's fields, or of a standard block's pins in memory order.
     Parts(Vec<Initial>),
-    /// What each element begins with; the last index counts fastest.
+    /// The values of an array's elements in memory order: the last index varies fastest.
     Elements(Vec<Initial>),
-    /// Something that is not worked out.
+    /// The value was not computed and may be anything.
     Unknown,
-    /// Nothing is said here: of text, and of what stands in instances of the project's blocks.
+    /// No statement here: text, and the variables inside instances of the project's own blocks.
     Nothing,
 }
 
 impl Initial {
-    /// Whether all of it begins with 0.
+    /// Whether every part is 0. `false` for an empty list.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         match self {
@@ -60,7 +60,7 @@ impl Initial {
         }
     }
 
-    /// Of how many variables without parts it says something.
+    /// The number of elementary values that it describes; [`Initial::Nothing`] counts as 0.
     #[must_use]
     pub fn size(&self) -> usize {
         match self {
@@ -70,7 +70,7 @@ impl Initial {
         }
     }
 
-    /// Whether any of it is a number that is known.
+    /// Whether any part has a known nonzero number.
     #[must_use]
     pub fn has_number(&self) -> bool {
         match self {
@@ -81,36 +81,37 @@ impl Initial {
     }
 }
 
-/// A variable.
+/// A declared variable.
 #[derive(Debug, Clone)]
 pub struct Variable {
     /// Its name, for messages.
     pub name: String,
-    /// Variables of one name have one number: a method that takes another one's place is passed what that one is.
+    /// The number of its name: variables of equal names share one. It matches parameters of a method to those of the
+    /// method that it overrides.
     pub symbol: u32,
-    /// Its section.
+    /// The section of its declaration, such as `VAR_INPUT`.
     pub section: Section,
     /// Its type.
     pub ty: TypeId,
-    /// Whose it is.
+    /// The scope that owns it.
     pub owner: Owner,
-    /// What its declaration gives it at first.
+    /// The initial value in its declaration, if one is written.
     pub initial: Option<Expr>,
-    /// What it begins with without that.
+    /// The initial value that its type gives if none is written.
     pub first: First,
-    /// What it begins with before the first scan.
+    /// Its value before the first scan. For declared variables of methods it is [`Initial::Unknown`].
     pub begins: Initial,
-    /// Whether what its type gives it at first calls anything.
+    /// Whether the initial value given by its type contains a call.
     pub type_calls: bool,
-    /// Its address.
+    /// Its address (`AT %...`) as written, if it has one.
     pub at: Option<String>,
-    /// Whether nothing writes it.
+    /// Whether it is declared `CONSTANT`, so that nothing writes it.
     pub constant: bool,
-    /// Whether it keeps its value when the power fails.
+    /// Whether it is retentive: it keeps its value without power.
     pub retain: bool,
-    /// Whether a reader made it: the memory of an edge, or of what a drawing reads before it is worked out.
+    /// Whether the reader created it: the memory of an edge, or of a value that a drawing reads before computing it.
     pub is_internal: bool,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
@@ -119,50 +120,50 @@ pub struct Variable {
 pub struct Unit {
     /// Its name, for messages.
     pub name: String,
-    /// What it is.
+    /// The kind of unit: program, function block, function or interface.
     pub kind: PouKind,
-    /// The unit that it extends.
+    /// The unit that it extends; `None` if it extends none or that unit is unknown.
     pub base: Option<UnitId>,
-    /// The interfaces that it implements, those that these extend among them.
+    /// The interfaces that it implements, and those that these extend. For an interface, those that it extends.
     pub interfaces: Vec<UnitId>,
-    /// Its own variables in their order; of a function its result is the last.
+    /// Its own variables in order of declaration, without inherited ones; a function's result is the last.
     pub variables: Vec<VarId>,
-    /// Its result, of a function.
+    /// The result variable; `None` unless it is a function with a result.
     pub result: Option<VarId>,
-    /// Its body.
+    /// The routine of its body.
     pub body: RoutineId,
-    /// Its actions.
+    /// The routines of its actions.
     pub actions: Vec<RoutineId>,
-    /// Its methods.
+    /// The routines of its methods and property accessors.
     pub methods: Vec<RoutineId>,
-    /// Why instances of it cannot be laid out, if they cannot.
+    /// The fault that prevents instances of it, such as an unknown base; `None` if there is none.
     pub fault: Option<Fault>,
-    /// Whether it keeps all its variables when the power fails.
+    /// Whether all of its variables are retentive.
     pub retain: bool,
-    /// Its methods that are executed before the first scan for each instance (`FB_Init`, `FB_Reinit`).
+    /// Its methods that run for each instance before the first scan (`FB_Init`, `FB_Reinit`).
     pub begins_with: Vec<RoutineId>,
-    /// Whether a method is executed when its instances begin or end.
+    /// Whether it has a method that the controller calls by itself: `FB_Init`, `FB_Reinit` or `FB_Exit`.
     pub begins_with_method: bool,
-    /// Its file.
+    /// The index of its file.
     pub file: usize,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// What of a unit a routine is.
+/// The role of a routine in its unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum RoutineKind {
-    /// Its body.
+    /// The body.
     Body,
     /// An action.
     Action,
-    /// A method.
+    /// A method or a property accessor.
     Method,
 }
 
 impl Variable {
-    /// Whether it is a constant that has its value whenever a scan begins. Inputs may be constant, too, and are handed
-    /// over.
+    /// Whether it is a constant with a fixed value in every scan: a local or global `CONSTANT` without an address.
+    /// Constant inputs are excluded, because the caller sets them.
     #[must_use]
     pub fn is_given(&self) -> bool {
         let is_own = matches!(self.section, Section::Local | Section::Global);
@@ -173,68 +174,69 @@ impl Variable {
 /// A body, an action or a method.
 #[derive(Debug, Clone)]
 pub struct Routine {
-    /// Its name, for messages; of a body that of its unit.
+    /// Its name, for messages; for a body, the name of its unit.
     pub name: String,
-    /// Its unit.
+    /// The unit that contains it.
     pub unit: UnitId,
-    /// What of the unit it is.
+    /// Its role in the unit.
     pub kind: RoutineKind,
-    /// Routines of one kind and name have one number: what extends a unit may put its own in the place of the unit's.
+    /// Equal for routines of the same kind and name, so that a derived unit's routine is found as the override of its
+    /// base's.
     pub slot: u32,
-    /// The variables of a method; its result is the last.
+    /// The variables of a method, its result last; empty for bodies and actions.
     pub variables: Vec<VarId>,
-    /// The result of a method.
+    /// The result variable of a method; `None` if it has none.
     pub result: Option<VarId>,
     /// The language in which it is written.
     pub language: Language,
-    /// What it does.
+    /// Its resolved code; no statements if the code is missing.
     pub code: Code,
-    /// Whether only its unit may call it.
+    /// Whether the method is `PRIVATE`: only its own unit may call it.
     pub is_private: bool,
-    /// What the user states of it, if its code is not there.
+    /// The time and writes that the user states in a facts file for a routine without code.
     pub stated: Option<Stated>,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
 /// A list of global variables.
 #[derive(Debug, Clone)]
 pub struct GlobalList {
-    /// Its name; empty where it has none.
+    /// Its name; empty if it has none.
     pub name: String,
     /// Its variables.
     pub variables: Vec<VarId>,
 }
 
-/// What a value is kept for.
+/// The role of a temporary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Purpose {
-    /// It leads on from one statement to others, as the processor's result does.
+    /// It carries an intermediate result from one statement to later ones, as an accumulator does.
     Between,
-    /// It is the result of a drawn function: generators store it, and load it again.
+    /// It is the result of a drawn function. Generated code stores and reloads it.
     Result,
-    /// It is stored as part of something else, and only loaded again.
+    /// Another part of the code already stores it; only loads are added.
     Loaded,
-    /// It is the result of each of the ways that meet at a label.
+    /// It is the accumulator's value at a label: each path to the label stores it.
     Merged,
 }
 
-/// A value that a list or a drawing keeps.
+/// A temporary of a statement list or a drawing.
 #[derive(Debug, Clone)]
 pub struct Temporary {
-    /// What for.
+    /// The reason for which the value is stored.
     pub purpose: Purpose,
     /// Its type.
     pub ty: TypeId,
-    /// Where it comes from, for messages.
+    /// The source that computes it, for messages.
     pub text: String,
 }
 
-/// A direct address.
+/// A direct address, such as `%IX0.1`.
 #[derive(Debug, Clone)]
 pub struct Address {
-    /// As it is written, in capitals.
+    /// The address as written, in capitals.
     pub text: String,
-    /// The type of what lies there.
+    /// The type of the data at the address.
     pub ty: TypeId,
 }

@@ -1,21 +1,20 @@
-//! The standard's elementary types, and the numbers that they are computed with.
+//! The elementary types of the standard, and the number formats used to compute with them.
 
-/// A number's type as it is computed with: how many bits it has, and how they are read. Times are half milliseconds in
-/// 32 bits.
+/// The format of a number in computations: its width and interpretation. A time is a count of 0.5 ms in 32 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// A whole number, or a string of bits.
+    /// An integer or a bit string.
     Whole {
-        /// How many bits.
+        /// The number of bits.
         bits: u8,
-        /// Whether the highest one is a sign.
+        /// Whether it is signed (two's complement).
         signed: bool,
     },
     /// `REAL`
     Real,
     /// `TIME`
     Time,
-    /// A number of so many words whose arithmetic is not followed: long reals, dates.
+    /// A long real or a date, whose arithmetic is not modelled; the width is in words of 16 bits.
     Opaque(u8),
 }
 
@@ -25,7 +24,7 @@ pub const INT: Kind = Kind::Whole { bits: 16, signed: true };
 pub const DINT: Kind = Kind::Whole { bits: 32, signed: true };
 
 impl Kind {
-    /// How many words of 16 bits it takes.
+    /// The number of 16-bit words it occupies.
     #[must_use]
     pub fn words(self) -> u32 {
         match self {
@@ -35,14 +34,15 @@ impl Kind {
         }
     }
 
-    /// Whether it has a sign.
+    /// Whether it can be negative: all kinds but unsigned integers.
     #[must_use]
     pub fn is_signed(self) -> bool {
         !matches!(self, Kind::Whole { signed: false, .. })
     }
 }
 
-/// The kind in which a number meets a constant: its own where the constant fits, else one that holds both.
+/// The kind used to combine a number of this kind with an integer constant: `kind` itself if the constant fits or if it
+/// is not an integer kind, otherwise a wider signed kind, or [`Kind::Opaque`] beyond 64 bits.
 #[must_use]
 pub fn holding(kind: Kind, value: i64) -> Kind {
     let Kind::Whole { bits, signed } = kind else { return kind };
@@ -59,7 +59,8 @@ pub fn holding(kind: Kind, value: i64) -> Kind {
     }
 }
 
-/// The kind in which two numbers meet.
+/// The kind to which two operands are converted: the wider one. Integers of different signedness become a signed kind
+/// that holds both, or [`Kind::Opaque`] beyond 64 bits.
 #[must_use]
 pub fn common(one: Kind, two: Kind) -> Kind {
     let rank = |kind: Kind| match kind {
@@ -76,7 +77,7 @@ pub fn common(one: Kind, two: Kind) -> Kind {
             if with_sign > without {
                 return Kind::Whole { bits: with_sign, signed: true };
             }
-            // Both must fit; there is nothing wider than 64 bits.
+            // A signed kind that holds both must be twice as wide; there is none above 64 bits.
             match bits.max(other) {
                 64.. => Kind::Opaque(4),
                 bits => Kind::Whole { bits: bits * 2, signed: true },
@@ -87,7 +88,7 @@ pub fn common(one: Kind, two: Kind) -> Kind {
     }
 }
 
-/// The standard's elementary types but texts.
+/// The elementary types of the standard except strings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "their names are the standard's")]
 pub enum Elementary {
@@ -107,12 +108,12 @@ pub enum Elementary {
     Real,
     Lreal,
     Time,
-    /// A long time, a date or a time of day.
+    /// A long time (`LTIME`), a date or a time of day.
     Date,
 }
 
 impl Elementary {
-    /// All, in the order of their ids.
+    /// All types, in the order of their type ids.
     pub const ALL: [Elementary; 17] = [
         Elementary::Bool,
         Elementary::Sint,
@@ -133,7 +134,8 @@ impl Elementary {
         Elementary::Date,
     ];
 
-    /// The type of this name.
+    /// The type of this name, ignoring case; `None` if there is none. `CHAR` and `WCHAR` are treated as unsigned
+    /// integers.
     #[must_use]
     pub fn named(name: &str) -> Option<Elementary> {
         use Elementary as E;
@@ -160,7 +162,7 @@ impl Elementary {
         })
     }
 
-    /// As what it is computed with; nothing for a truth value.
+    /// The number format; `None` for `BOOL`.
     #[must_use]
     pub fn kind(self) -> Option<Kind> {
         use Elementary as E;
@@ -181,7 +183,7 @@ impl Elementary {
         }
     }
 
-    /// The type that holds what a kind of number gives.
+    /// An elementary type with this number format; bit strings and dates are never returned.
     #[must_use]
     pub fn of(kind: Kind) -> Elementary {
         use Elementary as E;
@@ -200,7 +202,7 @@ impl Elementary {
         }
     }
 
-    /// Whether it is a string of bits.
+    /// Whether it is a bit string: `BYTE`, `WORD`, `DWORD` or `LWORD`.
     #[must_use]
     pub fn is_bits(self) -> bool {
         use Elementary as E;
@@ -208,7 +210,7 @@ impl Elementary {
     }
 }
 
-/// The number of half milliseconds that stands for a time; `None` where it is finer than a millisecond or does not fit.
+/// A time in units of 0.5 ms. `None` if it is not a whole number of milliseconds or does not fit in 32 bits.
 #[must_use]
 pub fn time_in_units(nanoseconds: i64) -> Option<i32> {
     let is_whole = nanoseconds % 1_000_000 == 0;

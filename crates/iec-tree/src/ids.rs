@@ -1,6 +1,6 @@
-//! Ids: numbers of what a project declares.
+//! Typed ids: indices into the tables of [`crate::tree::Tree`].
 
-/// An id of something that is declared: its number among all of its kind.
+/// Defines an id type: the index of a declaration among all of its kind.
 macro_rules! ids {
     ($($(#[$doc:meta])* $name:ident,)*) => {$(
         $(#[$doc])*
@@ -8,13 +8,13 @@ macro_rules! ids {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The id of this number.
+            /// The id with this index.
             #[must_use]
             pub fn at(number: usize) -> $name {
                 $name(u32::try_from(number).unwrap_or(u32::MAX))
             }
 
-            /// Its number.
+            /// The index in its table.
             #[must_use]
             pub fn index(self) -> usize {
                 self.0 as usize
@@ -24,14 +24,14 @@ macro_rules! ids {
 }
 
 ids! {
-    /// A variable.
+    /// The id of a variable.
     VarId,
-    /// A program, a function block, a function or an interface.
+    /// The id of a program, a function block, a function or an interface.
     UnitId,
-    /// A body, an action or a method.
+    /// The id of a body, an action or a method.
     RoutineId,
-    /// A direct address that code names (`%IX0.1`).
+    /// The id of a direct address that code names (`%IX0.1`).
     AddressId,
-    /// A value that a list or a drawing keeps from one statement to others of its body.
+    /// The id of a temporary: a value that a statement list or drawing stores for later statements of the same body.
     TempId,
 }

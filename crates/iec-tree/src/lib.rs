@@ -1,8 +1,8 @@
-//! The typed tree of IEC 61131-3: every name is the id of a declaration, every expression has its type, every
-//! conversion, call target and way of passing is a node, and every node has its line.
+//! The typed tree of IEC 61131-3: every name is the id of a declaration, every expression has a type; conversions, call
+//! targets and passing modes are nodes, and every node has its line.
 //!
-//! [`resolve`] makes it of the syntax tree; behind it nothing compares names. What is wrong with a statement is a node,
-//! too: it matters only where the statement is executed.
+//! [`resolve`] builds it from the syntax tree; later stages compare no names. A faulty statement is a node, too: its
+//! fault matters only if the statement is executed.
 
 pub mod accesses;
 pub mod blocks;

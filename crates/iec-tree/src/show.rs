@@ -1,8 +1,8 @@
-//! Statements of drawings as text: what a report shows of them.
+//! Typed expressions and statements as structured text, for reports about drawings.
 
 use crate::tree::{Call, Expr, ExprKind, Passed, StatementKind, Target, Tree};
 
-/// An expression as structured text.
+/// An expression as structured text. Implicit conversions and calls that run before it are left out.
 #[must_use]
 pub fn expr(tree: &Tree, one: &Expr) -> String {
     let all = |values: &mut dyn Iterator<Item = &Expr>| {
@@ -48,7 +48,7 @@ pub fn expr(tree: &Tree, one: &Expr) -> String {
     }
 }
 
-/// An expression in brackets, if it binds less than this.
+/// The expression as text, in brackets if its precedence is below `least`.
 fn bracketed(tree: &Tree, one: &Expr, least: u8) -> String {
     let binds = match &one.unconverted().kind {
         ExprKind::Binary(operator, ..) => operator.binding(),
@@ -76,7 +76,8 @@ fn call(tree: &Tree, call: &Call) -> String {
     format!("{target}({})", passed.join(", "))
 }
 
-/// A statement that writes a variable, as structured text.
+/// A statement that writes a variable, as structured text; `target` is the text of the variable. Other statements give
+/// `target` alone.
 #[must_use]
 pub fn statement(tree: &Tree, kind: &StatementKind, target: &str) -> String {
     match kind {

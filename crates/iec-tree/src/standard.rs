@@ -1,14 +1,14 @@
-//! The standard's functions: their names, and what type of value they give.
+//! The standard functions: their names and result types.
 
 use crate::types::{Elementary, Kind, Type, TypeId, Types, common, holding};
 use scanbound_iec::ast::Operator;
 
-/// What a conversion names.
+/// The source or target type in the name of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Simple {
     /// An elementary type.
     Elementary(Elementary),
-    /// Text.
+    /// A string (`STRING` or `WSTRING`).
     Text,
 }
 
@@ -20,19 +20,20 @@ impl Simple {
         Elementary::named(name).map(Simple::Elementary)
     }
 
-    /// Whether it is text.
+    /// Whether it is a string type.
     #[must_use]
     pub fn is_text(self) -> bool {
         self == Simple::Text
     }
 
-    /// Whether it is a duration. What number it is as another type depends on the unit: milliseconds or seconds.
+    /// Whether it is `TIME`. The number that a conversion of a time gives depends on the controller's unit:
+    /// milliseconds or seconds.
     #[must_use]
     pub fn is_time(self) -> bool {
         self == Simple::Elementary(Elementary::Time)
     }
 
-    /// Whether it is a string of bits.
+    /// Whether it is a bit string.
     #[must_use]
     pub fn is_bits(self) -> bool {
         matches!(self, Simple::Elementary(one) if one.is_bits())
@@ -49,23 +50,23 @@ impl Simple {
     }
 }
 
-/// How a function moves bits.
+/// The kind of a shift or rotate function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shift {
-    /// Whether bits that leave at one end come in at the other.
+    /// Whether it rotates: bits that leave at one end enter at the other.
     pub rotates: bool,
-    /// Whether to the left.
+    /// Whether it moves bits to the left.
     pub left: bool,
 }
 
-/// A function of the standard's.
+/// A standard function.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Function {
-    /// An operator as a function; `of_times`: by its name for times, such as `ADD_TIME`.
+    /// An operator called as a function, such as `ADD` or `ADD_TIME`.
     Operator {
-        /// Which one.
+        /// The operator.
         operator: Operator,
-        /// Whether the name is one for times.
+        /// Whether it was called by its name for times, such as `ADD_TIME`.
         of_times: bool,
     },
     /// `MOVE`
@@ -76,7 +77,7 @@ pub enum Function {
     Sel,
     /// `MUX`
     Mux,
-    /// `MAX`, or `MIN`.
+    /// `MAX` or `MIN`.
     Extreme {
         /// Whether it is `MAX`.
         larger: bool,
@@ -85,33 +86,33 @@ pub enum Function {
     Limit,
     /// `ABS`
     Abs,
-    /// `SHL` and the like.
+    /// `SHL`, `SHR`, `ROL` or `ROR`.
     Shift(Shift),
-    /// `X_TO_Y`, or `TO_Y`.
+    /// A type conversion: `X_TO_Y` or `TO_Y`.
     Convert {
-        /// The type that the name says the value has.
+        /// The source type in the name; `None` for `TO_Y`.
         from: Option<Simple>,
-        /// The type that it becomes one of.
+        /// The target type.
         to: Simple,
     },
-    /// A function that reads (or writes) decimal digits of four bits.
+    /// A conversion from or to BCD (four bits for each decimal digit).
     Decimal {
-        /// Whether it reads them.
+        /// Whether it converts from BCD; `false`: to BCD.
         reads: bool,
-        /// The type of the number that it gives, if the name says it.
+        /// The result type, if the name states it.
         to: Option<Simple>,
     },
-    /// `SIZEOF`, `LOWER_BOUND` and `UPPER_BOUND` of a variable: a number that is known.
+    /// `SIZEOF`, `LOWER_BOUND` or `UPPER_BOUND` of a variable: the result is this constant.
     Measured(i64),
-    /// A function whose result may be any value, by its name in capitals.
+    /// A function whose result is not modelled and may be any value, with its name in capitals.
     Unfollowed(&'static str),
 }
 
-/// Functions that are given reals or long reals, and give such.
+/// Functions that map a `REAL` or `LREAL` to the same type.
 const OF_REALS: &[&str] =
     &["SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"];
 
-/// Other functions whose results may be any value.
+/// Further functions whose results are not modelled and may be any value.
 const UNFOLLOWED: &[&str] = &[
     "TRUNC",
     "LEN",
@@ -143,7 +144,7 @@ fn decimal(name: &str) -> Option<(bool, Option<Simple>)> {
 }
 
 impl Function {
-    /// The function of this name.
+    /// The standard function of this name, ignoring case; `None` if there is none.
     #[must_use]
     pub fn named(name: &str) -> Option<Function> {
         let upper = name.to_ascii_uppercase();
@@ -184,7 +185,8 @@ impl Function {
         })
     }
 
-    /// The rank of an input by its name: what comes first has the least. Unnamed inputs come as they are written.
+    /// The sort key of a named input: inputs are ordered by ascending rank. `G`, `K` and `MN` come first, then `IN`,
+    /// then `IN0`, `IN1` and so on; other names come last.
     #[must_use]
     pub fn rank(name: &str) -> u32 {
         let upper = name.to_ascii_uppercase();
@@ -198,7 +200,8 @@ impl Function {
         }
     }
 
-    /// Whether it is an operator, too, or gives what it is given: it knows what to do with what does not fit its type.
+    /// Whether it is an operator in function form (other than `EXPT` and the functions for times), `MOVE` or `NOT`.
+    /// These accept operands that do not fit the type.
     #[must_use]
     pub fn is_operator(&self) -> bool {
         match self {
@@ -208,7 +211,7 @@ impl Function {
         }
     }
 
-    /// Whether it shows how many bits are kept of what it is given.
+    /// Whether its result depends on how many bits the controller keeps of an input that is wider than its type.
     #[must_use]
     pub fn shows_bits(&self) -> bool {
         match self {
@@ -217,7 +220,7 @@ impl Function {
             }
             Function::Shift(_) | Function::Mux | Function::Abs | Function::Decimal { .. } => true,
             Function::Convert { from, to, .. } => {
-                // On some controllers the sign goes on in the further bits of a longer string of bits.
+                // Some controllers extend the sign into the additional bits when they convert to a longer bit string.
                 let longer = to.whole().filter(|_| to.is_bits()).map_or(0, |(bits, _)| bits);
                 match from {
                     Some(from) => {
@@ -230,7 +233,7 @@ impl Function {
         }
     }
 
-    /// Whether it compares its inputs, or gives one of them.
+    /// Whether it compares its inputs or returns one of them unchanged.
     #[must_use]
     pub fn chooses(&self) -> bool {
         match self {
@@ -240,7 +243,7 @@ impl Function {
         }
     }
 
-    /// Whether it gives one elementary value, whatever it is given.
+    /// Whether its result is a single elementary value for inputs of any type.
     #[must_use]
     pub fn gives_one(&self) -> bool {
         match self {
@@ -251,13 +254,13 @@ impl Function {
         }
     }
 
-    /// Whether it is given reals or long reals, and gives such.
+    /// Whether it maps a `REAL` or `LREAL` to the same type.
     #[must_use]
     pub fn is_of_reals(&self) -> bool {
         matches!(self, Function::Unfollowed(name) if OF_REALS.contains(name))
     }
 
-    /// The type of what it gives for inputs of these types.
+    /// The result type for inputs of these types.
     pub fn result(&self, types: &mut Types, inputs: &[TypeId]) -> TypeId {
         let unknown = types.id(Type::Unknown);
         let first = inputs.first().copied().unwrap_or(unknown);
@@ -296,7 +299,8 @@ fn joined(types: &mut Types, inputs: &[TypeId]) -> TypeId {
     all.fold(first, |one, two| meeting(types, one, two))
 }
 
-/// The type in which two values meet.
+/// The common type of two values: equal types stay, numbers take [`common`], and an untyped integer takes the other
+/// type; otherwise [`Type::Unknown`].
 pub fn meeting(types: &mut Types, one: TypeId, two: TypeId) -> TypeId {
     if one == two {
         return one;
@@ -310,7 +314,7 @@ pub fn meeting(types: &mut Types, one: TypeId, two: TypeId) -> TypeId {
     }
 }
 
-/// The type of what an operator makes of two values.
+/// The result type of a binary operator: `BOOL` for comparisons, otherwise the common type ([`meeting`]).
 pub fn operated(types: &mut Types, operator: Operator, one: TypeId, two: TypeId) -> TypeId {
     match operator.binding() {
         4 | 5 => types.elementary(Elementary::Bool),
@@ -318,7 +322,8 @@ pub fn operated(types: &mut Types, operator: Operator, one: TypeId, two: TypeId)
     }
 }
 
-/// The type of a whole constant beside a value of a type: that one where it fits, else one that holds both.
+/// The type used to combine a value of type `of` with an integer constant: `of` if the constant fits or `of` is not a
+/// number, otherwise a type that holds both.
 pub fn beside(types: &mut Types, of: TypeId, value: i64) -> TypeId {
     match types.kind(of) {
         Some(kind) => {

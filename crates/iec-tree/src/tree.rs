@@ -1,4 +1,4 @@
-//! The typed tree of a project.
+//! The typed tree of a project, with its program instances, tasks and connections.
 
 pub use crate::code::{
     Applied, Call, Enable, Expr, ExprKind, ForLoop, Parameter, Passed, Place, Root, Selector,
@@ -9,70 +9,70 @@ use crate::ids::{AddressId, RoutineId, UnitId, VarId};
 use crate::types::{Type, TypeId, Types};
 use scanbound_iec::fault::Fault;
 
-/// What a project means, without a name behind it that would have to be looked for.
+/// A resolved project: ids in place of names.
 #[derive(Debug, Default)]
 pub struct Tree {
-    /// The types.
+    /// The types of the project.
     pub types: Types,
-    /// All variables.
+    /// All variables; [`VarId`] is the index.
     pub variables: Vec<Variable>,
-    /// All units.
+    /// All units (programs, function blocks, functions, interfaces); [`UnitId`] is the index.
     pub units: Vec<Unit>,
-    /// All routines.
+    /// All bodies, actions and methods; [`RoutineId`] is the index.
     pub routines: Vec<Routine>,
     /// The lists of global variables.
     pub globals: Vec<GlobalList>,
-    /// The instances of programs.
+    /// The program instances.
     pub programs: Vec<ProgramInstance>,
-    /// The tasks that run something, the one that the others interrupt first: the one of the least priority, which has
-    /// the largest number, then the one with the longest interval.
+    /// The tasks that run a program, the most interruptible first: the background task of programs without a task, then
+    /// by priority from none and the largest number (the lowest priority) down, then by interval, the longest first.
     pub tasks: Vec<Task>,
-    /// Direct addresses that code names.
+    /// The direct addresses used in code; [`AddressId`] is the index.
     pub addresses: Vec<Address>,
-    /// Values that lists and drawings keep.
+    /// The temporaries of statement lists and drawings; [`crate::ids::TempId`] is the index.
     pub temporaries: Vec<Temporary>,
-    /// What is known of each program instance's inputs and outputs, in the order of the project's.
+    /// The connections of program instances' inputs and outputs, in the order of the project.
     pub connected: Vec<Connected>,
-    /// What is wrong with the project wherever it is executed, with the files.
+    /// Faults that apply whatever is executed, each with its file's index.
     pub faults: Vec<(usize, Fault)>,
-    /// Whether a declaration gives values to the variables of an instance of the project's blocks.
+    /// Whether a declaration sets initial values of variables inside an instance of one of the project's blocks.
     pub gives_parts: bool,
-    /// Whether something is executed before the first scan that may write variables.
+    /// Whether code runs before the first scan that may write variables, such as an initialization method.
     pub begins_before: bool,
 }
 
 impl Tree {
-    /// A variable.
+    /// The variable with this id.
     #[must_use]
     pub fn variable(&self, id: VarId) -> &Variable {
         &self.variables[id.index()]
     }
 
-    /// A unit.
+    /// The unit with this id.
     #[must_use]
     pub fn unit(&self, id: UnitId) -> &Unit {
         &self.units[id.index()]
     }
 
-    /// A routine.
+    /// The routine with this id.
     #[must_use]
     pub fn routine(&self, id: RoutineId) -> &Routine {
         &self.routines[id.index()]
     }
 
-    /// A direct address.
+    /// The direct address with this id.
     #[must_use]
     pub fn address(&self, id: AddressId) -> &Address {
         &self.addresses[id.index()]
     }
 
-    /// The task of this name.
+    /// The index of the task of this name, ignoring case.
     #[must_use]
     pub fn task(&self, name: &str) -> Option<usize> {
         self.tasks.iter().position(|task| scanbound_iec::same(&task.name, name))
     }
 
-    /// A unit and those that it extends, the last the first of all.
+    /// The unit and its base units: each is followed by the unit that it extends.
     #[must_use]
     pub fn lineage(&self, unit: UnitId) -> Vec<UnitId> {
         let mut found = vec![unit];
@@ -85,7 +85,8 @@ impl Tree {
         found
     }
 
-    /// Whether a type, or that of something in its variables, is one of these.
+    /// Whether `is` holds for the type, or for the type of an array element, field or member variable in it, at any
+    /// depth. References are not followed.
     pub fn holds(&self, ty: TypeId, is: &dyn Fn(&Type) -> bool) -> bool {
         let of = self.types.get(ty);
         is(of)
@@ -99,21 +100,21 @@ impl Tree {
             }
     }
 
-    /// Whether a variable of a type holds references.
+    /// Whether a variable of this type is or contains a reference, pointer or interface.
     #[must_use]
     pub fn has_reference(&self, ty: TypeId) -> bool {
         self.holds(ty, &|of| matches!(of, Type::Reference(..) | Type::Interface(_)))
     }
 
-    /// The variables of an instance of a unit as they lie in memory: those of the units that it extends first.
+    /// All variables of an instance of the unit in memory order: inherited ones first, from the topmost base down.
     #[must_use]
     pub fn members(&self, unit: UnitId) -> Vec<VarId> {
         let units = self.lineage(unit).into_iter().rev();
         units.flat_map(|one| self.unit(one).variables.iter().copied()).collect()
     }
 
-    /// What a call of a routine means for an instance of a unit: a method of the same name nearer to it takes its
-    /// place.
+    /// The routine that a call executes for an instance of `unit` (dynamic dispatch): the nearest method or action of
+    /// the same kind and name in the unit or its bases, otherwise `routine` itself.
     #[must_use]
     pub fn dispatched(&self, unit: UnitId, routine: RoutineId) -> RoutineId {
         let own = self.routine(routine).slot;
@@ -127,7 +128,8 @@ impl Tree {
 }
 
 impl Tree {
-    /// The variable of a method that takes the place of another one's.
+    /// The parameter or result of `method` with the same name as `of`, a variable of the method that it overrides.
+    /// `None` if it has none.
     #[must_use]
     pub fn counterpart(&self, method: RoutineId, of: VarId) -> Option<VarId> {
         let own = self.variable(of).symbol;
@@ -136,48 +138,48 @@ impl Tree {
     }
 }
 
-/// An instance of a program.
+/// A program instance.
 #[derive(Debug, Clone)]
 pub struct ProgramInstance {
     /// Its name.
     pub name: String,
-    /// The program.
+    /// The program's unit.
     pub unit: UnitId,
 }
 
-/// A task, and what it runs.
+/// A task and the program instances that it runs.
 #[derive(Debug, Clone)]
 pub struct Task {
     /// Its name, for messages.
     pub name: String,
-    /// Its interval in nanoseconds, where it has one.
+    /// The interval in nanoseconds; `None` if none is stated.
     pub interval: Option<i64>,
-    /// Its priority: a large number is a low one.
+    /// The priority; a larger number is a lower priority. `None` if none is stated.
     pub priority: Option<i64>,
-    /// The instances of programs in their order, by their numbers; or what is wrong with one.
+    /// The program instances in order of execution, as indices into [`Tree::programs`]; or the fault that prevents one.
     pub programs: Vec<Result<usize, Fault>>,
 }
 
-/// What the inputs and outputs of an instance of a program are connected to.
+/// The connections of one program instance's inputs and outputs.
 #[derive(Debug, Clone)]
 pub struct Connected {
-    /// The instance, by its number among those of the tree.
+    /// The index of the instance in [`Tree::programs`]; `None` if there is none of that name.
     pub instance: Option<usize>,
-    /// Inputs with their values, and outputs with the places that take them; or what is wrong with one.
+    /// The connected inputs and outputs, or the fault of one.
     pub pairs: Vec<Result<Pair, Fault>>,
-    /// The file.
+    /// The index of the file that states the connections.
     pub file: usize,
-    /// The line.
+    /// The line that states them, from 1.
     pub line: u32,
 }
 
-/// An input or output of a program, and what it is connected to.
+/// One connection: an input or output of a program and its counterpart.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    /// The input or output.
+    /// The program's input or output variable.
     pub own: VarId,
     /// Whether it is an output.
     pub is_output: bool,
-    /// What it is connected to.
+    /// The value for an input, or the variable that receives an output.
     pub other: Expr,
 }

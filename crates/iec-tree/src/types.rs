@@ -1,4 +1,4 @@
-//! Types: elementary ones by name, all others by number.
+//! Types of variables and values, each stored once and referred to by an id.
 
 use crate::blocks::StandardBlock;
 pub use crate::elementary::{DINT, Elementary, INT, Kind, common, holding, time_in_units};
@@ -6,61 +6,62 @@ use crate::ids::UnitId;
 use scanbound_iec::fault::Fault;
 use std::collections::BTreeMap;
 
-/// How something refers to a variable.
+/// The kind of a reference to a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Refers {
-    /// `POINTER TO`: `p^` is the variable.
+    /// `POINTER TO`: `p^` names the variable.
     Pointer,
-    /// `REFERENCE TO`: its name is the variable.
+    /// `REFERENCE TO`: the reference's own name names the variable.
     Reference,
 }
 
-/// A type, by its number among [`Types`].
+/// The id of a type: its index in [`Types`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct TypeId(u32);
 
-/// A structure, by its number among [`Types`].
+/// The id of a structure type: its index in [`Types`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct StructId(u32);
 
-/// The most characters of a text that is declared without a length: 80 with CODESYS, 126 with matiec, 254 with Siemens.
+/// The assumed length, in characters, of a string declared without a length. It is the largest default of these: 80 in
+/// CODESYS, 126 in matiec, 254 at Siemens.
 pub const TEXT: u32 = 254;
 
-/// A type.
+/// The type of a variable or a value.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {
-    /// One of the standard's; enumerations and subranges are the type of their numbers.
+    /// An elementary type of the standard. Enumerations and subranges have the type of their numbers.
     Elementary(Elementary),
-    /// Text of at most so many characters.
+    /// A string of at most this many characters.
     Text(u32),
-    /// An array, with the first and the last index of each dimension.
+    /// An array: the lower and upper bound of each dimension, and the element type.
     Array(Vec<(i64, i64)>, TypeId),
-    /// A structure of the project's.
+    /// A structure declared in the project.
     Struct(StructId),
-    /// A function block of the standard's.
+    /// A standard function block, such as `TON`.
     Standard(StandardBlock),
-    /// A function block of the project's, or the variables of a program or a function.
+    /// A function block declared in the project, or the variables of a program or function.
     Block(UnitId),
-    /// An interface: it stands for an instance.
+    /// An interface: a value of it refers to an instance of a block.
     Interface(UnitId),
-    /// A reference or a pointer to a variable.
+    /// A reference or pointer to a variable of the given type.
     Reference(Refers, TypeId),
-    /// A whole constant that has no type of its own yet.
+    /// An integer literal that has not yet received a type from its context.
     Untyped,
-    /// A value of which even the type is not followed.
+    /// A value whose type is not known.
     Unknown,
-    /// No value: what a call gives that has no result.
+    /// No value: the type of a call without a result.
     Nothing,
-    /// What is written is no type; why, by its number among the faults.
+    /// A faulty type; the index gives the reason ([`Types::fault`]).
     Faulty(u32),
 }
 
-/// The types of a project, each once.
+/// All types of a project, without duplicates.
 #[derive(Debug)]
 pub struct Types {
     all: Vec<Type>,
     known: BTreeMap<Type, TypeId>,
-    /// The parts of each structure: their names and types.
+    /// The field names and types of each structure.
     structs: Vec<Vec<(String, TypeId)>>,
     faults: Vec<Fault>,
 }
@@ -81,7 +82,7 @@ impl Default for Types {
 }
 
 impl Types {
-    /// The id of a type.
+    /// The id of a type, which is added if it is new.
     pub fn id(&mut self, of: Type) -> TypeId {
         if let Some(&known) = self.known.get(&of) {
             return known;
@@ -92,7 +93,7 @@ impl Types {
         id
     }
 
-    /// The id of a type, if anything has it.
+    /// The id of a type; `None` if the project does not contain it.
     #[must_use]
     pub fn find(&self, of: &Type) -> Option<TypeId> {
         self.known.get(of).copied()
@@ -104,48 +105,49 @@ impl Types {
         TypeId(of as u32)
     }
 
-    /// The type of an id.
+    /// The type with this id.
     #[must_use]
     pub fn get(&self, id: TypeId) -> &Type {
         &self.all[id.index()]
     }
 
-    /// Whether there are references, pointers or interfaces.
+    /// Whether the project contains any reference, pointer or interface type.
     #[must_use]
     pub fn has_references(&self) -> bool {
         self.all.iter().any(|one| matches!(one, Type::Reference(..) | Type::Interface(_)))
     }
 
-    /// Whether a type is that of references, pointers or interfaces.
+    /// Whether the type itself is a reference, pointer or interface.
     #[must_use]
     pub fn is_reference(&self, id: TypeId) -> bool {
         matches!(self.get(id), Type::Reference(..) | Type::Interface(_))
     }
 
-    /// How many types there are.
+    /// The number of types.
     #[must_use]
     pub fn count(&self) -> usize {
         self.all.len()
     }
 
-    /// A structure whose parts are told later ([`Types::set_parts`]).
+    /// Adds a structure type without fields. [`Types::set_parts`] sets them later, so that a structure may refer to
+    /// itself.
     pub fn new_struct(&mut self) -> StructId {
         self.structs.push(Vec::new());
         StructId(u32::try_from(self.structs.len() - 1).unwrap_or(u32::MAX))
     }
 
-    /// Tells the parts of a structure.
+    /// Sets the fields of a structure.
     pub fn set_parts(&mut self, id: StructId, parts: Vec<(String, TypeId)>) {
         self.structs[id.0 as usize] = parts;
     }
 
-    /// The parts of a structure.
+    /// The fields of a structure: names and types, in order of declaration.
     #[must_use]
     pub fn parts(&self, id: StructId) -> &[(String, TypeId)] {
         &self.structs[id.0 as usize]
     }
 
-    /// What is no type, and why.
+    /// The id of a faulty type, with the reason.
     pub fn faulty(&mut self, fault: Fault) -> TypeId {
         let at = self.faults.iter().position(|one| *one == fault).unwrap_or_else(|| {
             self.faults.push(fault);
@@ -154,13 +156,13 @@ impl Types {
         self.id(Type::Faulty(u32::try_from(at).unwrap_or(u32::MAX)))
     }
 
-    /// Why something is no type.
+    /// The reason for the [`Type::Faulty`] with this index.
     #[must_use]
     pub fn fault(&self, at: u32) -> Fault {
         self.faults[at as usize].clone()
     }
 
-    /// The kind of number that a type is, if it is one.
+    /// The kind of number of an elementary type; `None` for `BOOL` and for all other types.
     #[must_use]
     pub fn kind(&self, id: TypeId) -> Option<Kind> {
         match self.get(id) {
@@ -171,7 +173,7 @@ impl Types {
 }
 
 impl TypeId {
-    /// Its number.
+    /// Its index in [`Types`].
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize

@@ -1,53 +1,54 @@
-//! Expressions and statements, as all textual and graphic languages of IEC 61131-3 come down to them.
+//! Expressions and statements: the common syntax tree of the textual and graphic languages of IEC 61131-3.
 
-/// Whether two names are the same: upper and lower case do not tell them apart.
+/// Whether two names are equal, ignoring ASCII case.
 #[must_use]
 pub fn same(one: &str, other: &str) -> bool {
     one.eq_ignore_ascii_case(other)
 }
 
-/// A part of a variable's path, behind its first name.
+/// One selector of a variable's path, after the first name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Part {
-    /// A named part of a structure or an instance.
+    /// `.name`: a field of a structure or a variable of an instance.
     Name(String),
-    /// Elements of an array, one index a dimension.
+    /// `[i, j]`: an array element, with one index for each dimension.
     Index(Vec<Expr>),
-    /// A bit of a word.
+    /// `.5`: a bit of a word, by its number.
     Bit(u8),
-    /// What a pointer points to.
+    /// `^`: the variable that a pointer points to.
     Dereference,
 }
 
-/// A variable, or a part of one: `Axes[2].Delay.Q`, `%IX0.1`.
+/// A path that names a variable or a part of one: `Axes[2].Delay.Q`, `%IX0.1`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Path {
-    /// Its first name.
+    /// The first name, or the whole direct address.
     pub first: String,
-    /// What follows.
+    /// The selectors after the first name; empty for a plain name.
     pub rest: Vec<Part>,
 }
 
 impl Path {
-    /// A variable of this name.
+    /// The path that consists of this name alone.
     pub fn name(name: impl Into<String>) -> Path {
         Path { first: name.into(), rest: Vec::new() }
     }
 
-    /// The path with a named part behind it.
+    /// Appends `.part` to the path.
     #[must_use]
     pub fn with(mut self, part: &str) -> Path {
         self.rest.push(Part::Name(part.to_owned()));
         self
     }
 
-    /// The name, where it is one name alone.
+    /// The name, if the path is a single name without selectors; otherwise `None`.
     #[must_use]
     pub fn as_name(&self) -> Option<&str> {
         self.rest.is_empty().then_some(&self.first)
     }
 
-    /// The path and the name at its end, where names alone lead there.
+    /// Splits `a.b.c` into the path `a.b` and the name `c`. `None` for a single name, or if the last selector is not a
+    /// name.
     #[must_use]
     pub fn split_last(&self) -> Option<(Path, &str)> {
         let (last, before) = self.rest.split_last()?;
@@ -56,7 +57,7 @@ impl Path {
     }
 }
 
-/// An operator of two operands.
+/// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Operator {
     /// `OR`
@@ -96,7 +97,8 @@ pub enum Operator {
 }
 
 impl Operator {
-    /// All, with how structured text writes each, its name as a function or an instruction, and how strongly it binds.
+    /// All operators in the order of the enum: symbol in structured text, name as a function or instruction, and
+    /// precedence (larger binds tighter).
     const ALL: [(Operator, &'static str, &'static str, u8); 17] = [
         (Operator::Or, "OR", "OR", 1),
         (Operator::Xor, "XOR", "XOR", 2),
@@ -117,31 +119,32 @@ impl Operator {
         (Operator::Power, "**", "EXPT", 8),
     ];
 
-    /// As structured text writes it.
+    /// The symbol in structured text, such as `+` or `AND`.
     #[must_use]
     pub fn symbol(self) -> &'static str {
         Operator::ALL[self as usize].1
     }
 
-    /// Its name as a function or an instruction.
+    /// The name as a function or an IL instruction, such as `ADD`. `AND_THEN` and `OR_ELSE` give `AND` and `OR`.
     #[must_use]
     pub fn name(self) -> &'static str {
         Operator::ALL[self as usize].2
     }
 
-    /// The operator of this name, in capitals.
+    /// The operator with this function name, which must be in capitals; never `AndThen` or `OrElse`.
     #[must_use]
     pub fn named(name: &str) -> Option<Operator> {
         Operator::ALL.iter().find(|(_, _, own, _)| *own == name).map(|(own, ..)| *own)
     }
 
-    /// How strongly it binds; a larger number binds more.
+    /// The precedence, 1 to 8; a larger number binds tighter.
     #[must_use]
     pub fn binding(self) -> u8 {
         Operator::ALL[self as usize].3
     }
 
-    /// What it makes of two whole constants.
+    /// The result for two integer constants. `None` for comparisons, `**` and the short-circuit operators, on overflow
+    /// or division by zero, and for bit operations on negative numbers.
     #[must_use]
     pub fn of_constants(self, left: i64, right: i64) -> Option<i64> {
         match self {
@@ -157,7 +160,7 @@ impl Operator {
         }
     }
 
-    /// The operator with the same result that executes both operands.
+    /// Replaces a short-circuit operator by the one that always executes both operands; other operators stay.
     #[must_use]
     pub fn eager(self) -> Operator {
         match self {
@@ -167,101 +170,101 @@ impl Operator {
         }
     }
 
-    /// Whether it joins truth values or bits, of which it does not matter how they are grouped.
+    /// Whether it is `OR`, `XOR` or `AND`, which are associative. The short-circuit forms do not count.
     #[must_use]
     pub fn is_of_bits(self) -> bool {
         matches!(self, Operator::Or | Operator::Xor | Operator::And)
     }
 }
 
-/// A constant.
+/// A literal constant.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Literal {
-    /// A truth value.
+    /// `TRUE` or `FALSE`.
     Bool(bool),
-    /// A whole number, with the type that is written in front of it.
+    /// An integer, with the type prefix if one is written (`INT#5`).
     Int(i128, Option<String>),
-    /// A real number as it is written, with its type.
+    /// A real number in its source spelling, with the type prefix if one is written.
     Real(String, Option<String>),
     /// A duration in nanoseconds.
     Time(i64),
-    /// Text.
+    /// A character string.
     Text(String),
-    /// A date or a time of day, as it is written.
+    /// A date or a time of day in its source spelling.
     Date(String),
 }
 
-/// An expression.
+/// An expression of the syntax tree.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expr {
-    /// A constant.
+    /// A literal constant.
     Literal(Literal),
-    /// A variable's value.
+    /// The value of a variable.
     Variable(Path),
     /// `NOT`
     Not(Box<Expr>),
     /// `-`
     Negate(Box<Expr>),
-    /// Two operands and what is done with them.
+    /// A binary operator and its left and right operands.
     Binary(Operator, Box<Expr>, Box<Expr>),
-    /// The result of a function or a method.
+    /// The result of a call of a function or method.
     Call(Path, Vec<Argument>),
-    /// What a declaration gives at first to something that has parts.
+    /// The initial value that a declaration gives to a structure, an array or an instance.
     List(Listing, Vec<Argument>),
-    /// A value that a list keeps ([`Kind::Keep`]).
+    /// The value that an earlier [`Kind::Keep`] stored in this temporary.
     Kept(Temp),
-    /// What an element of a drawn condition gives.
+    /// The output of a block or edge contact that belongs to the drawing of a condition and is executed by an action.
     Held(Box<Held>),
-    /// What cannot be read, and why.
+    /// An expression that could not be read. The text says why.
     Unread(String),
 }
 
-/// A value that a list keeps from one instruction to others. It has no name.
+/// An unnamed temporary: an instruction list stores the accumulator in it ([`Kind::Keep`]) for later statements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Temp {
-    /// Its number among those of its list.
+    /// Its number, unique among the temporaries of the same body.
     pub number: u32,
-    /// Whether each of the ways that meet at a label gives it a value.
+    /// Whether it holds the accumulator's value at a label, which every path to the label assigns.
     pub merges: bool,
-    /// Where it comes from, for messages.
+    /// The source that computes the value, for messages.
     pub text: String,
 }
 
-/// What a block, or a contact that looks at an edge, of a drawn condition gives, where an action executes it.
+/// A block's output, or an edge contact's value, in the drawing of a condition, where an action executes the drawing.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Held {
-    /// The condition, by a name of its own within the unit.
+    /// The name of the condition's drawing, unique within the unit.
     pub part: String,
     /// The `localId` of the block or contact.
     pub local_id: String,
-    /// Which output of the block; none of a contact.
+    /// The name of the block's output; `None` for a contact.
     pub output: Option<String>,
 }
 
-/// What the values of a list are for.
+/// What an [`Expr::List`] contains.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Listing {
-    /// Named parts of a structure, or what the method takes that begins an instance: `b : B(x := 1)`.
+    /// Named fields of a structure, or arguments of an instance's initialization method: `b : B(x := 1)`.
     Parts,
     /// The elements of an array: `a : ARRAY[1..2] OF INT := [1, 2]`.
     Elements,
-    /// A value that cannot be read: what may be called in it.
+    /// A value that could not be read; the list holds the calls that it may contain.
     Unread,
 }
 
 impl Expr {
-    /// A truth value.
+    /// The literal `TRUE` or `FALSE`.
     #[must_use]
     pub fn bool(value: bool) -> Expr {
         Expr::Literal(Literal::Bool(value))
     }
 
-    /// A variable of this name.
+    /// The value of the variable with this name.
     pub fn name(name: impl Into<String>) -> Expr {
         Expr::Variable(Path::name(name))
     }
 
-    /// The negation.
+    /// The negation; of a Boolean literal, the opposite literal.
     #[must_use]
     #[allow(clippy::should_implement_trait)]
     pub fn not(self) -> Expr {
@@ -271,7 +274,7 @@ impl Expr {
         }
     }
 
-    /// Both.
+    /// The conjunction; if one operand is the literal `TRUE`, the other operand.
     #[must_use]
     pub fn and(self, other: Expr) -> Expr {
         match (self, other) {
@@ -281,13 +284,13 @@ impl Expr {
         }
     }
 
-    /// One of both.
+    /// The disjunction, without simplification.
     #[must_use]
     pub fn or(self, other: Expr) -> Expr {
         Expr::Binary(Operator::Or, Box::new(self), Box::new(other))
     }
 
-    /// The expressions of which it is made, but for indices.
+    /// The direct operands and arguments. Indices in paths are not included.
     #[must_use]
     pub fn operands(&self) -> Vec<&Expr> {
         match self {
@@ -304,7 +307,7 @@ impl Expr {
         }
     }
 
-    /// The same, to be changed.
+    /// Like [`Expr::operands`], but mutable.
     pub fn operands_mut(&mut self) -> Vec<&mut Expr> {
         match self {
             Expr::Literal(_)
@@ -320,84 +323,86 @@ impl Expr {
         }
     }
 
-    /// Whether it is this truth value.
+    /// Whether it is the Boolean literal `value`.
     #[must_use]
     pub fn is(&self, value: bool) -> bool {
         *self == Expr::bool(value)
     }
 }
 
-/// What is handed to a function, a method or an instance, or taken from it.
+/// One argument of a call, or one entry of a list of initial values.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Argument {
-    /// The parameter's name, where it is given.
+    /// The parameter's name; `None` for a positional argument.
     pub name: Option<String>,
-    /// Whether it takes a result (`=>`).
+    /// Whether it is an output argument (`=>`), which receives a result.
     pub is_output: bool,
-    /// What is handed over, or where the result goes; `NOT` in front of a result's name negates it.
+    /// The value passed in; of an output argument, the variable that receives the result. An output written with `NOT`
+    /// has [`Expr::Not`] here.
     pub value: Expr,
 }
 
-/// A statement and its line.
+/// A statement with its line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Statement {
     /// The line in the file, from 1.
     pub line: u32,
-    /// What it does.
+    /// The kind of statement, with its operands.
     pub kind: Kind,
 }
 
-/// The choices of a `CASE`: values, or ranges of values.
+/// One label of a `CASE` arm: a value or a range.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selector {
-    /// The least.
+    /// The value, or the lower limit of the range.
     pub low: Expr,
-    /// The largest; the least itself where it is a single value.
+    /// The upper limit; `None` for a single value.
     pub high: Option<Expr>,
 }
 
-/// What a statement does.
+/// The kinds of statements, with their operands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
     /// `target := value;`
     Assign(Path, Expr),
-    /// A value is kept for other statements.
+    /// Stores a value in a temporary ([`Temp`]) for later statements.
     Keep(Temp, Expr),
     /// `reference REF= variable;`
     Refer(Path, Expr),
-    /// `instance(arguments);`, also of an action, a method or a function.
+    /// `instance(arguments);`: a call of an instance, action, method or function as a statement.
     Call(Path, Vec<Argument>),
-    /// A call under a condition: a block with EN, `CALC`.
+    /// A call that is executed only if the condition is true, as in `CALC` or a block with EN.
     CallIf(Expr, Path, Vec<Argument>),
-    /// `IF`, with its arms and the `ELSE`.
+    /// `IF`: the conditions with their bodies (`ELSIF` included), then the `ELSE` body.
     If(Vec<(Expr, Vec<Statement>)>, Vec<Statement>),
-    /// `CASE`, with its arms and the `ELSE`.
+    /// `CASE`: the selector expression, the labels with their bodies, then the `ELSE` body.
     Case(Expr, Vec<(Vec<Selector>, Vec<Statement>)>, Vec<Statement>),
-    /// `FOR` variable, from, to, by.
+    /// `FOR`: the variable, its first value, the limit, the step (`None`: 1) and the body.
     For(Path, Expr, Expr, Option<Expr>, Vec<Statement>),
-    /// `WHILE`.
+    /// `WHILE`: the condition and the body.
     While(Expr, Vec<Statement>),
-    /// `REPEAT`, until.
+    /// `REPEAT`: the body and the `UNTIL` condition that ends the loop.
     Repeat(Vec<Statement>, Expr),
     /// `EXIT`.
     Exit,
     /// `CONTINUE`.
     Continue,
-    /// `RETURN`, under a condition.
+    /// `RETURN`, if the condition is true.
     Return(Expr),
-    /// A jump to a label, under a condition.
+    /// A jump to the label of this name, if the condition is true.
     Jump(Expr, String),
-    /// A label.
+    /// A jump target.
     Label(String),
-    /// A coil that sets (true) or resets its variable where the value is true.
+    /// A set coil (`true`) or reset coil (`false`): writes that value to its variable if the expression is true,
+    /// otherwise leaves the variable unchanged.
     Latch(Path, bool, Expr),
-    /// What is not understood, in words; it may have done anything.
+    /// A statement that could not be read, with the reason. It may have any effect.
     Unread(String),
-    /// A pragma that may hold code of another language, with its braces.
+    /// A pragma that may contain code of another language. The text includes its braces.
     Foreign(String),
 }
 
-/// Shows every expression and every statement of some statements.
+/// Calls `see` for every statement, and for those nested in loops, `IF` and `CASE`, outer ones first.
 pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
     for statement in statements {
         see(statement);
@@ -416,7 +421,7 @@ pub fn visit(statements: &[Statement], see: &mut dyn FnMut(&Statement)) {
     }
 }
 
-/// Shows every path of an expression, to be changed: variables, what is called, and those in indices.
+/// Calls `see` for every path in an expression, mutably: variables, called names, and the paths in indices.
 pub fn paths_of(expr: &mut Expr, see: &mut dyn FnMut(&mut Path)) {
     if let Expr::Variable(path) | Expr::Call(path, _) = expr {
         path_of(path, see);
@@ -424,7 +429,7 @@ pub fn paths_of(expr: &mut Expr, see: &mut dyn FnMut(&mut Path)) {
     expr.operands_mut().into_iter().for_each(|one| paths_of(one, see));
 }
 
-/// Shows a path and those in its indices, to be changed.
+/// Calls `see` for the paths in the indices of a path, then for the path, mutably.
 pub fn path_of(path: &mut Path, see: &mut dyn FnMut(&mut Path)) {
     for part in &mut path.rest {
         if let Part::Index(indices) = part {
@@ -434,7 +439,8 @@ pub fn path_of(path: &mut Path, see: &mut dyn FnMut(&mut Path)) {
     see(path);
 }
 
-/// Shows every expression of some statements, to be changed; what is written and what is called as a path of its own.
+/// Calls `expr` for the outermost expressions of the statements, and `path` for the paths that are written or called;
+/// nested statements are included. Neither looks inside an expression.
 pub fn change(
     statements: &mut [Statement],
     expr: &mut dyn FnMut(&mut Expr),

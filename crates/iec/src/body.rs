@@ -1,11 +1,11 @@
-//! What is executed: statements, drawings and charts, as they stand in the source.
+//! Bodies of units: statements, drawings and charts, in the form of the source.
 
 use crate::ast::{Expr, Literal, Path, Statement, change, same};
 use crate::drawing::Drawing;
 use crate::fault::Fault;
 use crate::show;
 
-/// A language of the standard.
+/// A programming language of IEC 61131-3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Language {
     /// Structured text.
@@ -21,7 +21,7 @@ pub enum Language {
 }
 
 impl Language {
-    /// Its short name.
+    /// The usual abbreviation, such as `ST`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,27 +34,27 @@ impl Language {
     }
 }
 
-/// What is executed.
+/// The executable part of a unit, an action or a method.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Body {
-    /// Statements, and the language that they were written in.
+    /// Statements, with the language of the source.
     Code(Language, Vec<Statement>),
-    /// Drawings that are executed one after another, and their language.
+    /// Networks of LD or FBD in the order of execution.
     Drawn(Language, Vec<Drawing>),
-    /// A chart.
+    /// A sequential function chart.
     Chart(Box<Chart>),
-    /// What could not be read, and why.
+    /// A body that could not be read, and the reason.
     Unread(Language, Fault),
 }
 
 impl Body {
-    /// A body without a statement.
+    /// An ST body without statements.
     #[must_use]
     pub fn empty() -> Body {
         Body::Code(Language::St, Vec::new())
     }
 
-    /// Whether nothing stands in it.
+    /// Whether it has no statements or drawings. A chart and an unreadable body do not count as empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         match self {
@@ -64,7 +64,7 @@ impl Body {
         }
     }
 
-    /// The language that it was written in.
+    /// The language of the source.
     #[must_use]
     pub fn language(&self) -> Language {
         match self {
@@ -75,7 +75,8 @@ impl Body {
         }
     }
 
-    /// Shows every expression, to be changed; what is written and what is called as a path of its own.
+    /// Calls `expr` for every outermost expression, and `path` for every path that is written or called, both mutably.
+    /// Hooks of a step (`entry`, `active`, `exit`) are not visited.
     pub fn change(&mut self, expr: &mut dyn FnMut(&mut Expr), path: &mut dyn FnMut(&mut Path)) {
         match self {
             Body::Code(_, statements) => change(statements, expr, path),
@@ -95,46 +96,46 @@ impl Body {
     }
 }
 
-/// A body with a name: an action, or the condition of a named transition.
+/// A named body: an action, or the condition of a named transition.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Named {
     /// Its name.
     pub name: String,
-    /// What it does.
+    /// The code to execute, or that gives the condition.
     pub body: Body,
-    /// Its line.
+    /// The line of its declaration, from 1.
     pub line: u32,
 }
 
-/// When a step's action runs.
+/// The qualifier of an action block: when the action runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Qualifier {
-    /// Not stored: while the step is active.
+    /// Not stored: the action runs while the step is active.
     N,
-    /// Resets what was stored.
+    /// Reset: ends a stored action.
     R,
-    /// Stored: until it is reset.
+    /// Stored: the action runs until it is reset.
     S,
-    /// Limited: while the step is active, at most for the time.
+    /// Limited: runs while the step is active, but no longer than the block's time.
     L,
-    /// Delayed: while the step is active, from the time on.
+    /// Delayed: runs while the step is active, but only after the block's time.
     D,
-    /// Pulse: once when the step becomes active.
+    /// Pulse: runs once when the step becomes active.
     P,
-    /// Once when the step ends.
+    /// Runs once when the step ends.
     P0,
-    /// Once when the step becomes active, with nothing after it.
+    /// Runs once when the step becomes active, without a final run afterwards.
     P1,
-    /// Stored and delayed: from the time on, whether or not the step is still active, until it is reset.
+    /// Stored and delayed: runs from the end of the time until it is reset, even if the step ends before that time.
     Sd,
-    /// Delayed and stored: from the time on, if the step is still active then, until it is reset.
+    /// Delayed and stored: runs from the end of the time until it is reset, if the step is still active at that moment.
     Ds,
-    /// Stored and limited: at most for the time, whether or not the step is still active, or until it is reset.
+    /// Stored and limited: runs until the time ends or until it is reset, even if the step ends earlier.
     Sl,
 }
 
 impl Qualifier {
-    /// All.
+    /// All qualifiers in the order of the enum.
     pub const ALL: [Qualifier; 11] = [
         Qualifier::N,
         Qualifier::R,
@@ -149,42 +150,42 @@ impl Qualifier {
         Qualifier::Sl,
     ];
 
-    /// As charts write it.
+    /// The qualifier's spelling in a chart, such as `SD`.
     #[must_use]
     pub fn name(self) -> &'static str {
         ["N", "R", "S", "L", "D", "P", "P0", "P1", "SD", "DS", "SL"][self as usize]
     }
 
-    /// The qualifier of this name.
+    /// The qualifier of this name, ignoring case; `None` if there is none.
     #[must_use]
     pub fn named(name: &str) -> Option<Qualifier> {
         Qualifier::ALL.into_iter().find(|one| same(one.name(), name))
     }
 
-    /// Whether it has a time.
+    /// Whether it needs a time: `L`, `D`, `SD`, `DS` and `SL`.
     #[must_use]
     pub fn is_timed(self) -> bool {
         matches!(self, Qualifier::L | Qualifier::D | Qualifier::Sd | Qualifier::Ds | Qualifier::Sl)
     }
 
-    /// Whether the action may go on when the step has ended.
+    /// Whether the action can continue after the step has ended: `S`, `SD`, `DS` and `SL`.
     #[must_use]
     pub fn is_stored(self) -> bool {
         matches!(self, Qualifier::S | Qualifier::Sd | Qualifier::Ds | Qualifier::Sl)
     }
 }
 
-/// What an action block controls.
+/// The action or variable that an action block controls.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Target {
-    /// An action of the unit, of an instance in it, or a Boolean variable.
+    /// An action of the unit or of an instance in it, or a Boolean variable.
     Path(Path),
-    /// What stands in the block itself, and its name: that of its step and its number there.
+    /// A body written in the block itself. Its name is made of the step's name and the block's number in the step.
     Inline(String, Box<Body>),
 }
 
 impl Target {
-    /// Its name.
+    /// The path as text, or the name of the inline body.
     #[must_use]
     pub fn name(&self) -> String {
         match self {
@@ -193,7 +194,7 @@ impl Target {
         }
     }
 
-    /// Whether this is its name.
+    /// Whether [`Target::name`] equals this name, ignoring case.
     #[must_use]
     pub fn is_named(&self, name: &str) -> bool {
         match self {
@@ -209,18 +210,18 @@ impl Target {
 /// An action block of a step.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Block {
-    /// When the action runs.
+    /// The qualifier: when the action runs.
     pub qualifier: Qualifier,
-    /// Its time.
+    /// The time of `L`, `D`, `SD`, `DS` or `SL`; `None` if none is written.
     pub time: Option<Expr>,
-    /// The action.
+    /// The action or Boolean variable that the block controls.
     pub target: Target,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
 impl Block {
-    /// Its time in nanoseconds, where it is a constant.
+    /// The time in nanoseconds; `None` if it is missing or is not a literal.
     #[must_use]
     pub fn constant_time(&self) -> Option<i64> {
         match &self.time {
@@ -230,31 +231,31 @@ impl Block {
     }
 }
 
-/// A step.
+/// A step of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     /// Its name.
     pub name: String,
-    /// Whether it is active at first.
+    /// Whether it is an initial step, active when the chart starts.
     pub initial: bool,
     /// Its action blocks.
     pub blocks: Vec<Block>,
-    /// Runs once when the step becomes active, before anything else of it (CODESYS).
+    /// Runs once when the step becomes active, before its other code (CODESYS).
     pub entry: Option<Path>,
-    /// Runs while the step is active, without a last run after it (CODESYS).
+    /// Runs while the step is active, without a final run after the step ends (CODESYS).
     pub active: Option<Path>,
     /// Runs once when the step has ended (CODESYS).
     pub exit: Option<Path>,
-    /// Whether it is drawn as a macro step, but without a chart of its own.
+    /// Whether it is a macro step whose own chart is missing.
     pub is_macro: bool,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
-    /// Its number in the source, where that has one.
+    /// The identifier of its element in the source, if it has one.
     pub id: Option<String>,
 }
 
 impl Step {
-    /// A step without actions.
+    /// A step without action blocks.
     #[must_use]
     pub fn new(name: impl Into<String>, initial: bool, line: u32) -> Step {
         Step {
@@ -271,48 +272,48 @@ impl Step {
     }
 }
 
-/// A transition.
+/// A transition of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
     /// Its name, if it has one.
     pub name: Option<String>,
-    /// The steps in front of it.
+    /// The preceding steps, as indices into [`Chart::steps`].
     pub from: Vec<usize>,
-    /// The steps behind it.
+    /// The following steps, as indices into [`Chart::steps`].
     pub to: Vec<usize>,
-    /// Its condition.
+    /// The condition under which it fires.
     pub condition: Expr,
-    /// Whether it has a priority of its own.
+    /// Whether the source states a priority for it.
     pub has_priority: bool,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
-    /// Its number in the source, where that has one.
+    /// The identifier of its element in the source, if it has one.
     pub id: Option<String>,
 }
 
-/// A macro step. Its chart stands in its place: the steps in it are named `MACRO.STEP`.
+/// A macro step. The chart contains its steps in place of it, under the names `MACRO.STEP`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Macro {
-    /// Its name, behind those of the macro steps that it stands in.
+    /// Its name, with the names of the enclosing macro steps in front.
     pub name: String,
-    /// The steps that stand in its place, also those of macro steps in it.
+    /// The steps of its chart and of the macro steps nested in it, as indices into [`Chart::steps`].
     pub steps: Vec<usize>,
-    /// The line where it is drawn.
+    /// The line of the macro step in the outer chart.
     pub line: u32,
 }
 
-/// A chart. Transitions that compete for a step are in the order of their priority, the first goes first.
+/// A sequential function chart. Transitions that share a preceding step stand in order of priority, the highest first.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Chart {
-    /// The steps.
+    /// All steps, those of macro steps included.
     pub steps: Vec<Step>,
     /// The transitions.
     pub transitions: Vec<Transition>,
-    /// The macro steps, each in front of those in it.
+    /// The macro steps, each before those nested in it.
     pub macros: Vec<Macro>,
-    /// The line where it begins.
+    /// The line where it begins, from 1.
     pub line: u32,
-    /// Which bytes of the file it takes, where it is an element of XML.
+    /// The first byte and the end of its XML element in the file; `None` if it was written as text.
     pub span: Option<(usize, usize)>,
 }
 

@@ -1,47 +1,48 @@
-//! Comments and pragmas: where they end, and which of them change what a controller carries out.
+//! Comments and pragmas: where they end, and which of them affect execution.
 
 use super::fault::Fault;
 use scanbound_base::code::Code;
 use std::borrow::Cow;
 
-/// How comments that hold the beginning of another one are read.
+/// The rule for comments that contain the start of another comment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Comments {
-    /// The outer comment goes on behind the end of the inner one.
+    /// Comments nest: the outer comment ends after the inner one.
     Nested,
-    /// The first end is that of the outer comment.
+    /// Comments do not nest: the first end mark closes the outer comment.
     Flat,
 }
 
-/// What a controller does with a pragma.
+/// The effect of a pragma.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Pragma {
-    /// It changes neither what runs nor what variables hold, or that is looked for in the text as a whole.
+    /// It changes neither execution nor variables. A few attributes that matter are searched for elsewhere, in the
+    /// whole text.
     Harmless,
-    /// It may hold code: of C as Beremiz and OpenPLC carry it out, or of something unknown.
+    /// It may contain code, such as C for Beremiz and OpenPLC, or something unknown.
     Code,
 }
 
-/// What is not a part of the program begins here.
+/// The kind of text that the lexer skips.
 pub(super) enum Skipped {
-    /// A comment, or a pragma that changes nothing.
+    /// A comment, or a pragma without effect.
     Blank,
-    /// A pragma that a controller may carry out.
+    /// A pragma that a controller may execute.
     Code,
 }
 
-/// What opens and closes each kind of comment.
+/// The start and end marks of comments.
 const BLOCKS: [(&str, &str); 2] = [("(*", "*)"), ("/*", "*/")];
 
-/// The two ends that what opens at the beginning of a text can have.
+/// The lengths of a comment or pragma at the start of a text, under both rules, in bytes.
 struct Ends {
     flat: usize,
-    /// `None`: an inner one has no end.
+    /// `None` if an inner comment has no end.
     nested: Option<usize>,
 }
 
 impl Ends {
-    /// Those of what opens at the beginning of a text; `None` if it is not closed.
+    /// The lengths of a comment with these marks at the start of the text; `None` if no end mark follows.
     fn of(text: &str, open: &str, close: &str) -> Option<Ends> {
         let bytes = text.as_bytes();
         let begins = |at: usize, sign: &str| bytes[at..].starts_with(sign.as_bytes());
@@ -64,7 +65,7 @@ impl Ends {
         Some(Ends { flat: flat?, nested: None })
     }
 
-    /// Those of a pragma. One that begins with two braces ends with two.
+    /// The lengths of a pragma at the start of the text. If it begins with two braces it ends with two.
     fn of_pragma(text: &str) -> Option<Ends> {
         let ends = Ends::of(text, "{", "}")?;
         if !text.starts_with("{{") {
@@ -82,16 +83,17 @@ impl Ends {
     }
 }
 
-/// The end of a line's comment that begins here.
+/// The length of a `//` comment at the start of the text; `None` if there is none.
 fn line_comment(rest: &str) -> Option<usize> {
     rest.starts_with("//").then(|| rest.find('\n').unwrap_or(rest.len()))
 }
 
-/// The length of what is not a part of the program and begins here, which both readings agree on.
+/// The kind and length of a comment or pragma at the start of the text; `None` if there is none. A fault if the two
+/// nesting rules disagree.
 pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>, Fault> {
     if let Some(length) = line_comment(rest) {
         if rest[..length].trim_end_matches('\r').contains('\r') {
-            let told = "a carriage return without a line feed stands in this comment: some tools end the line there, and carry out what follows";
+            let told = "a carriage return without a line feed is in this comment: some tools end the line there, and execute what follows";
             return Err(Fault::new(line, told)
                 .code(Code::Comments)
                 .help("save the file with the line ends of one system"));
@@ -121,7 +123,7 @@ pub(super) fn skipped(rest: &str, line: u32) -> Result<Option<(Skipped, usize)>,
     Ok(Some((skipped, length)))
 }
 
-/// The length on which both readings agree.
+/// The length on which both nesting rules agree; a fault if they disagree.
 fn agreed(ends: &Ends, rest: &str, open: &str, line: u32) -> Result<usize, Fault> {
     if ends.nested == Some(ends.flat) {
         return Ok(ends.flat);
@@ -133,20 +135,20 @@ fn agreed(ends: &Ends, rest: &str, open: &str, line: u32) -> Result<usize, Fault
     };
     let (what, several) = if open == "{" { ("pragma", "pragmas") } else { ("comment", "comments") };
     let told = format!(
-        "this {what} holds another {open}: it ends in line {} if {several} do not nest, and {nested}",
+        "this {what} contains another {open}: it ends in line {} if {several} do not nest, and {nested}",
         last(ends.flat)
     );
-    let help = "state how the controller reads it: --comments flat (they do not nest) or --comments nested; or take the inner one out";
+    let help = "state how the controller reads it: --comments flat (they do not nest) or --comments nested; or remove the inner one";
     let text = rest.lines().next().unwrap_or_default();
     Err(Fault::new(line, told).code(Code::Comments).text(text).help(help))
 }
 
-/// How many lines end in a text.
+/// The number of line feeds in a text.
 pub(super) fn newlines(text: &str) -> u32 {
     u32::try_from(text.matches('\n').count()).unwrap_or(u32::MAX)
 }
 
-/// The same text with blanks in place of all comments, which are read as stated.
+/// Replaces comments by blanks, keeping the line structure, under the stated nesting rule.
 #[must_use]
 pub fn without_comments(text: &str, reading: Comments) -> Cow<'_, str> {
     let mut out = String::new();
@@ -172,10 +174,10 @@ pub fn without_comments(text: &str, reading: Comments) -> Cow<'_, str> {
             continue;
         }
         if block.is_some() {
-            // It has no end: what reads the text tells so.
+            // It has no end. Leave it, so that the parser reports it.
             break;
         }
-        // A pragma stays, without what makes its readings differ.
+        // A pragma stays, but its inner braces are replaced, so that both rules agree on its end.
         let ends = rest.starts_with('{').then(|| Ends::of_pragma(rest)).flatten();
         let Some(length) = ends.and_then(|ends| ends.by(reading)) else {
             if rest.starts_with('{') {
@@ -204,7 +206,7 @@ pub fn without_comments(text: &str, reading: Comments) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The length of quoted text that begins here; `None` if it has no end.
+/// The length of the quoted text at the start; `None` if it has no end.
 pub(super) fn quoted(rest: &str) -> Option<usize> {
     let quote = rest.chars().next()?;
     let mut escaped = false;
@@ -217,11 +219,11 @@ pub(super) fn quoted(rest: &str) -> Option<usize> {
     None
 }
 
-/// The words with which conditional pragmas begin.
+/// The first words of conditional pragmas.
 const CONDITIONS: &[&str] = &["if", "elsif", "else", "end_if"];
 
-/// Words of pragmas that neither hold code nor change what runs: messages, folding, names for conditional pragmas
-/// (which are refused themselves), names of bits, checks of style.
+/// The first words of pragmas without code or effect on execution: messages, folding, symbols for conditional pragmas
+/// (which are rejected themselves), names of bits, style checks.
 const HARMLESS: &[&str] = &[
     "text",
     "info",
@@ -236,8 +238,8 @@ const HARMLESS: &[&str] = &[
     "flag",
 ];
 
-/// Attributes of CODESYS and TwinCAT that change what is shown, checked, offered or transferred, and nothing that runs.
-/// Others that begin with `call_after_` are looked for in the whole text.
+/// Attributes of CODESYS and TwinCAT that affect display, checks, editing or communication, but not execution. Those
+/// that begin with `call_after_` are searched for in the whole text.
 const ATTRIBUTES: &[&str] = &[
     "analysis",
     "call_after_global_init_slot",
@@ -266,7 +268,7 @@ const ATTRIBUTES: &[&str] = &[
     "opc.ua.da",
     "opc.ua.da.access",
     "opc.ua.da.structuredtype",
-    // How structures lie in memory, which nothing here depends on.
+    // The memory layout of structures, on which nothing here depends.
     "pack_mode",
     "pingroup",
     "pin_presentation_order_inputs",
@@ -288,7 +290,7 @@ const ATTRIBUTES: &[&str] = &[
     "warning restore",
 ];
 
-/// What a pragma, with its braces, does.
+/// Classifies a pragma, given with its braces; a fault if its effect on execution is unknown.
 fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
     let inner = text[1..text.len() - 1].trim();
     let end = inner.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(inner.len());
@@ -304,7 +306,7 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
             return Ok(Pragma::Harmless);
         }
         let told = format!(
-            "whether {} changes what the controller carries out, or what variables hold, is not known here",
+            "whether {} changes execution or the values of variables is not known",
             super::fault::short(text)
         );
         return refused(told, "take it out of a copy of the file if it changes neither");
@@ -312,7 +314,7 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
     let is_code = without_quotes(rest).contains(';');
     if CONDITIONS.contains(&word.as_str()) && !is_code {
         let told = format!(
-            "{} chooses what is compiled, and which part that is is not known",
+            "{} selects what is compiled, and which part is selected is not known",
             super::fault::short(text)
         );
         return refused(told, "give a copy of the file with only the parts that are compiled");
@@ -323,14 +325,14 @@ fn pragma(text: &str, line: u32) -> Result<Pragma, Fault> {
     Ok(if is_harmless || inner.is_empty() { Pragma::Harmless } else { Pragma::Code })
 }
 
-/// Whether an attribute of this name changes nothing that runs.
+/// Whether the attribute of this name does not affect execution.
 pub(super) fn is_harmless_attribute(name: &str) -> bool {
     let name = name.trim().to_ascii_lowercase();
     let first = name.split_whitespace().take(2).collect::<Vec<_>>().join(" ");
     ATTRIBUTES.contains(&name.as_str()) || ATTRIBUTES.contains(&first.as_str())
 }
 
-/// A text without what stands in quotes.
+/// The text without its quoted parts.
 fn without_quotes(text: &str) -> String {
     let mut found = String::new();
     let mut rest = text;

@@ -1,64 +1,65 @@
-//! Ladder and function block diagrams as data: elements, and what leads to them.
+//! Ladder and function block diagrams as data: elements and the connections between them.
 
 use crate::ast::{Expr, Path, Statement, change};
 use crate::fault::Fault;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
-/// An element of a drawing, by its number.
+/// An element of a drawing, by its index in [`Drawing::elements`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ElementId(pub usize);
 
-/// A drawing whose connections all lead somewhere.
+/// A ladder or function block network in which every connection has an existing source element.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Drawing {
-    /// The elements as the file has them.
+    /// The elements in the order of the file.
     pub elements: Vec<Element>,
-    /// Whether the controller's tool executes the drawing itself (CODESYS, TwinCAT) and does not generate text from it.
+    /// Whether the controller's tool executes the network directly (CODESYS, TwinCAT), not text generated from it.
     pub is_executed_as_drawn: bool,
-    /// What of it is executed, of the drawing of conditions; all, if nothing is said.
+    /// For the drawing of a chart's conditions: the part to execute. `None`: all of the drawing is executed.
     pub goal: Option<Goal>,
 }
 
-/// What conditions are drawn with.
+/// The part of a drawing that computes one or more conditions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Goal {
-    /// Where they are drawn, by a name of its own within the unit; none, for the unit's body.
+    /// The name of the drawing, unique within the unit; empty for the unit's body.
     pub part: String,
-    /// What leads to each of them.
+    /// For each condition, the connections that feed it.
     pub from: Vec<Vec<Connection>>,
 }
 
-/// An element.
+/// An element of a drawing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {
-    /// Its `localId`, for messages.
+    /// Its `localId` in the file, for messages.
     pub local_id: String,
-    /// What it is.
+    /// Its kind, with the data that only this kind has.
     pub kind: ElementKind,
-    /// The variable or expression that stands at it, or what is wrong with that.
+    /// The variable or expression written at it, or the fault in that text.
     pub operand: Result<Expr, Fault>,
-    /// Whether what leads to it is negated.
+    /// Whether its incoming value is negated.
     pub negated_in: bool,
-    /// Whether what it gives is negated.
+    /// Whether its outgoing value is negated.
     pub negated_out: bool,
-    /// The edge of its variable, or of what leads to it.
+    /// The edge that it detects, of its variable or of its incoming value; `None` if it detects none.
     pub edge: Option<Edge>,
-    /// Whether its variable is set (true) or reset (false) where what leads to it is true.
+    /// For a set coil `true`, for a reset coil `false`: it writes that value if its incoming value is true. `None`
+    /// otherwise.
     pub latch: Option<bool>,
-    /// What leads to it; of a block its pins have that.
+    /// The incoming connections; empty for a block, whose pins hold them.
     pub inputs: Vec<Connection>,
-    /// How many connections lead away from it.
+    /// The number of connections that start at it.
     pub uses: usize,
-    /// Its number of execution, if it has one.
+    /// Its execution order number, if the file gives one.
     pub order: Option<u64>,
-    /// How far down and how far to the right it stands, in tenths of the file's unit.
+    /// Its position (down, right), in tenths of the file's unit.
     pub position: (i64, i64),
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// An edge.
+/// An edge of a Boolean value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "their names say it")]
 pub enum Edge {
@@ -66,115 +67,115 @@ pub enum Edge {
     Falling,
 }
 
-/// Where a connection begins.
+/// The source of a connection.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Connection {
-    /// The element.
+    /// The source element.
     pub from: ElementId,
-    /// Which of its outputs; empty for the only one, or the first.
+    /// The name of the source's output; empty for the only or the first one.
     pub output: String,
 }
 
-/// What an element is.
+/// The kinds of elements.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ElementKind {
-    /// It gives power.
+    /// The left power rail, which is always true.
     LeftRail,
-    /// It ends rungs.
+    /// The right power rail, which ends rungs.
     RightRail,
-    /// It lets power through where its variable is true.
+    /// A contact: ANDs its variable with the incoming power.
     Contact,
-    /// It writes the power that leads to it, and lets it through.
+    /// A coil: writes the incoming power to its variable and passes the power on.
     Coil,
-    /// It gives an expression's value.
+    /// Supplies the value of its expression.
     In,
-    /// It writes a variable.
+    /// Writes the incoming value to its variable.
     Out,
-    /// Both.
+    /// An in-out variable: writes the incoming value, if any, and supplies its variable's value.
     InOut,
-    /// What leads to it goes on at continuations.
+    /// A connector: its incoming value continues at the continuations of the same name.
     Connector,
-    /// What leads to a connector goes on here.
+    /// A continuation, with the connector whose value it supplies.
     Continuation(ElementId),
-    /// A function, an instance, or a box with text.
+    /// A call of a function or an instance, or a box that contains text.
     Block(Box<Block>),
-    /// A label.
+    /// A jump target.
     Label(String),
-    /// A jump to a label where what leads to it is true.
+    /// A jump to this label, taken if the incoming value is true.
     Jump(String),
-    /// A return where what leads to it is true.
+    /// A return, taken if the incoming value is true.
     Return,
-    /// An element that is not followed, by its name.
+    /// An unsupported element, by its name in the file.
     Other(String),
 }
 
-/// A block.
+/// A block: a call of a function or an instance, or an EXECUTE box.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Block {
-    /// Its type: a function, or that of its instance.
+    /// The name of its type: the function or the instance's type.
     pub of: String,
-    /// The function that it stands for without an instance, or what is wrong with its name.
+    /// The path of the function that it calls if it has no instance, or the fault in that name.
     pub function: Result<Path, Fault>,
-    /// Its instance, or what is wrong with its name.
+    /// The path of its instance, or the fault in that name; `None` for a function.
     pub instance: Option<Result<Path, Fault>>,
-    /// Its pins on the left.
+    /// The input pins, those of VAR_IN_OUT included.
     pub inputs: Vec<InputPin>,
-    /// Its pins on the right.
+    /// The output pins.
     pub outputs: Vec<OutputPin>,
-    /// The statements of an EXECUTE box, or what is wrong with it.
+    /// The statements of an EXECUTE box, or the fault in them; `None` for other blocks.
     pub code: Option<Result<Vec<Statement>, Fault>>,
 }
 
-/// A pin on the left of a block.
+/// An input pin of a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputPin {
     /// Its name.
     pub name: String,
-    /// Whether it stands among those that are handed over in and out.
+    /// Whether it belongs to VAR_IN_OUT.
     pub is_in_out: bool,
-    /// What it is given.
+    /// The value that the pin receives.
     pub given: Given,
-    /// Whether that is negated.
+    /// Whether the value is negated.
     pub negated: bool,
-    /// Which edge of it.
+    /// The edge of the value that the pin passes; `None`: the value itself.
     pub edge: Option<Edge>,
 }
 
-/// What a pin is given.
+/// The source of an input pin's value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Given {
-    /// Nothing.
+    /// The pin is unconnected.
     Nothing,
-    /// What stands right at it.
+    /// The expression written at the pin, or the fault in it.
     Written(Result<Expr, Fault>),
-    /// What leads to it.
+    /// The connections to the pin.
     Wired(Vec<Connection>),
 }
 
-/// A pin on the right of a block.
+/// An output pin of a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutputPin {
     /// Its name.
     pub name: String,
-    /// Whether it gives the negation.
+    /// Whether the output is negated.
     pub negated: bool,
-    /// The variable that stands right at it, and its line.
+    /// The variable written at the pin, or the fault in it, and its line; `None` if none is written there.
     pub written: Option<(Result<Path, Fault>, u32)>,
 }
 
 impl Drawing {
-    /// An element.
+    /// The element with this id.
     #[must_use]
     pub fn element(&self, id: ElementId) -> &Element {
         &self.elements[id.0]
     }
 
-    /// All elements and their numbers.
+    /// All elements with their ids.
     pub fn all(&self) -> impl Iterator<Item = (ElementId, &Element)> {
         self.elements.iter().enumerate().map(|(at, one)| (ElementId(at), one))
     }
 
-    /// Elements, and everything that leads to them.
+    /// The elements `ends` and all elements from which connections lead to them, directly or through others.
     pub fn reaching(&self, ends: impl IntoIterator<Item = ElementId>) -> BTreeSet<ElementId> {
         let mut found = BTreeSet::new();
         let mut open: Vec<ElementId> = ends.into_iter().collect();
@@ -186,13 +187,14 @@ impl Drawing {
         found
     }
 
-    /// Whether an element does anything.
+    /// Whether the drawing has an effect: any element for which [`Element::acts`] is true.
     #[must_use]
     pub fn acts(&self) -> bool {
         self.elements.iter().any(Element::acts)
     }
 
-    /// Shows every expression, to be changed; what is written and what is called as a path of its own.
+    /// Calls `expr` for every outermost expression, and `path` for every variable that is written or called, both
+    /// mutably.
     pub fn change(&mut self, expr: &mut dyn FnMut(&mut Expr), path: &mut dyn FnMut(&mut Path)) {
         for one in &mut self.elements {
             match (&one.kind, &mut one.operand) {
@@ -222,7 +224,8 @@ impl Drawing {
 }
 
 impl Element {
-    /// Whether it does anything by itself.
+    /// Whether it has an effect or belongs to the control flow. Rails, contacts, plain values, continuations, and
+    /// in-out variables or connectors without an incoming connection do not.
     #[must_use]
     pub fn acts(&self) -> bool {
         match self.kind {
@@ -242,10 +245,10 @@ impl Element {
         matches!(self.kind, ElementKind::Label(_) | ElementKind::Jump(_) | ElementKind::Return)
     }
 
-    /// Refuses an element at which a variable is missing.
+    /// Rejects a contact, coil or variable element without a variable.
     ///
     /// # Errors
-    /// That it names none.
+    /// [`Element::operand`]'s fault, if its code is [`Code::Xml`]; other faults are accepted here.
     pub fn operand_is_there(&self) -> Result<(), Fault> {
         match (&self.kind, &self.operand) {
             (
@@ -260,7 +263,7 @@ impl Element {
         }
     }
 
-    /// The element's block, if it is one.
+    /// Its block; `None` if it is not a block.
     #[must_use]
     pub fn block(&self) -> Option<&Block> {
         match &self.kind {
@@ -269,13 +272,13 @@ impl Element {
         }
     }
 
-    /// Whether it is a block that remembers.
+    /// Whether it is a block with an instance, which keeps state.
     #[must_use]
     pub fn is_instance(&self) -> bool {
         self.block().is_some_and(|block| block.instance.is_some())
     }
 
-    /// Everything that leads to it, to its pins, too.
+    /// All incoming connections, those of a block's pins included.
     pub fn sources(&self) -> impl Iterator<Item = &Connection> {
         let pins = self.block().into_iter().flat_map(|block| &block.inputs);
         let wired = pins.flat_map(|pin| match &pin.given {
@@ -285,7 +288,7 @@ impl Element {
         self.inputs.iter().chain(wired)
     }
 
-    /// The elements that lead to it; to a continuation, its connector.
+    /// The source elements of its incoming connections; for a continuation, its connector as well.
     pub fn leading(&self) -> impl Iterator<Item = ElementId> {
         let connector = match self.kind {
             ElementKind::Continuation(from) => Some(from),
@@ -294,13 +297,13 @@ impl Element {
         self.sources().map(|from| from.from).chain(connector)
     }
 
-    /// The element for messages.
+    /// The element's name in messages, such as "coil with localId 5".
     #[must_use]
     pub fn called(&self) -> String {
         format!("{} with localId {}", self.kind.name(), self.local_id)
     }
 
-    /// A fault at the element: what is wrong with it.
+    /// The fault `what` at this element, with its line and `localId`.
     #[must_use]
     pub fn fault(&self, what: &str) -> Fault {
         Fault::new(self.line, format!("{}: {what}", self.called()))
@@ -311,7 +314,7 @@ impl Element {
 }
 
 impl ElementKind {
-    /// Its name in a file.
+    /// Its element name in PLCopen XML.
     #[must_use]
     pub fn name(&self) -> &str {
         match self {
@@ -334,32 +337,33 @@ impl ElementKind {
 }
 
 impl Block {
-    /// Whether a pin of this name stands on the right.
+    /// Whether it has an output pin of this name, ignoring case.
     #[must_use]
     pub fn has_output(&self, name: &str) -> bool {
         self.outputs.iter().any(|pin| pin.name.eq_ignore_ascii_case(name))
     }
 
-    /// Whether it is a function without a pin on the left but EN.
+    /// Whether it is a function without an input pin other than EN.
     #[must_use]
     pub fn has_no_pin(&self) -> bool {
         let is_own = |pin: &InputPin| pin.is_in_out || !pin.name.eq_ignore_ascii_case("EN");
         self.instance.is_none() && !self.inputs.iter().any(is_own)
     }
 
-    /// Whether a pin of this name stands on the left.
+    /// Whether it has an input pin of this name, ignoring case.
     #[must_use]
     pub fn has_input(&self, name: &str) -> bool {
         self.inputs.iter().any(|pin| pin.name.eq_ignore_ascii_case(name))
     }
 
-    /// Whether an output gives the negation.
+    /// Whether the output of this name is negated.
     #[must_use]
     pub fn negates(&self, name: &str) -> bool {
         self.outputs.iter().any(|pin| pin.negated && pin.name.eq_ignore_ascii_case(name))
     }
 
-    /// Whether generators take ENO of a function into a variable: it is drawn, and no edge at a pin depends on EN.
+    /// Whether generated text assigns the function's ENO to a variable: the block has an ENO pin, and none of its pins
+    /// (VAR_IN_OUT aside) detects an edge.
     #[must_use]
     pub fn gives_enable(&self) -> bool {
         self.instance.is_none()
@@ -367,8 +371,9 @@ impl Block {
             && !self.inputs.iter().any(|pin| !pin.is_in_out && pin.edge.is_some())
     }
 
-    /// Whether a function's pins are only counted, and not from 1 on, where so many but EN are given something: CODESYS
-    /// and TwinCAT count EN, too.
+    /// Whether the input pins of a function are all named `IN` and a number, with numbers that ascend from 2 or more,
+    /// and exactly `given` of them exist. EN does not count here, but CODESYS and TwinCAT count it when they number the
+    /// pins.
     #[must_use]
     pub fn are_counted(&self, given: usize) -> bool {
         let number = |name: &str| {
@@ -385,7 +390,7 @@ impl Block {
         })
     }
 
-    /// The names of the outputs but ENO and what is given back: a VAR_IN_OUT has a pin on either side.
+    /// The names of the outputs without ENO and without the output side of VAR_IN_OUT pins, which appear on both sides.
     pub fn results(&self) -> impl Iterator<Item = &str> {
         let names = self.outputs.iter().map(|pin| pin.name.as_str());
         names.filter(|name| {

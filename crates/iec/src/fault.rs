@@ -1,74 +1,74 @@
-//! What is wrong with a text, before it is known which file it stands in.
+//! Faults in a source text, before the file's name is attached.
 
 use scanbound_base::code::Code;
 use scanbound_base::diagnostic::Diagnostic;
 
-/// A fault at a line.
+/// A fault at a line of a source text.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Fault {
-    /// Its code.
+    /// Its code in the list of diagnostics.
     pub code: Code,
     /// The line, from 1.
     pub line: u32,
-    /// What stands there, as far as it matters.
+    /// The source text at fault; empty if it is not shown.
     pub text: String,
-    /// What is wrong.
+    /// The message: what is wrong.
     pub message: String,
-    /// What to do.
+    /// The help: what the user should do.
     pub help: String,
 }
 
 impl Fault {
-    /// A fault of syntax.
+    /// A syntax error with the default help and no source text.
     pub fn new(line: u32, message: impl Into<String>) -> Fault {
         Fault {
             code: Code::Syntax,
             line,
             text: String::new(),
             message: message.into(),
-            help: "write it as IEC 61131-3 has it, or export it anew".to_owned(),
+            help: "write it as IEC 61131-3 requires, or export it again".to_owned(),
         }
     }
 
-    /// The same with what to do.
+    /// Replaces the help.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Fault {
         self.help = help.into();
         self
     }
 
-    /// The same with another code.
+    /// Replaces the code.
     #[must_use]
     pub fn code(mut self, code: Code) -> Fault {
         self.code = code;
         self
     }
 
-    /// The same with what stands there.
+    /// Replaces the source text.
     #[must_use]
     pub fn text(mut self, text: impl Into<String>) -> Fault {
         self.text = text.into();
         self
     }
 
-    /// The same with the part of the program that it is in named in front.
+    /// Puts `place`, the part of the program, in front of the message.
     #[must_use]
     pub fn within(mut self, place: &str) -> Fault {
         self.message = format!("{place}: {}", self.message);
         self
     }
 
-    /// As a finding about a file.
+    /// Converts the fault to a diagnostic for a file.
     #[must_use]
     pub fn in_file(self, file: &str) -> Diagnostic {
         Diagnostic::line(self.code, file, self.line, self.text, self.message, self.help)
     }
 }
 
-/// The most characters of a piece of the source that a message repeats.
+/// The maximum number of characters of source text that a message quotes.
 const SHORT: usize = 60;
 
-/// A piece of the source as messages repeat it: one line, and not too long.
+/// Source text as messages quote it: on one line, and cut with "…" after 60 characters.
 #[must_use]
 pub fn short(text: &str) -> String {
     let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -79,8 +79,8 @@ pub fn short(text: &str) -> String {
     words
 }
 
-/// The fault of code in a pragma where none is carried out, or nothing is stated of it.
+/// The fault of a pragma that may contain code, where pragmas are not allowed or no fact states its effect.
 pub(crate) fn foreign(text: &str, line: u32) -> Fault {
-    let told = format!("what the pragma {} does is not known", short(text));
+    let told = format!("the effect of the pragma {} is not known", short(text));
     Fault::new(line, told).code(Code::Pragma).text(text)
 }

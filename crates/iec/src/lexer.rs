@@ -1,26 +1,26 @@
-//! Words, numbers and signs of the textual languages.
+//! The lexer of the textual languages.
 
 use super::comment::{Comments, Skipped, newlines, quoted, skipped, without_comments};
 use super::fault::Fault;
 
-/// What a token is.
+/// The kinds of tokens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Token {
-    /// A name or a keyword, as it is written.
+    /// A name or a keyword, as written.
     Word(String),
-    /// A number or a typed literal (`T#5s`, `16#FF`, `INT#3`, `1.5e3`), as it is written.
+    /// A number or a typed literal (`T#5s`, `16#FF`, `INT#3`, `1.5e3`), as written.
     Number(String),
-    /// Quoted text.
+    /// A quoted string, without its quotes.
     Text(String),
-    /// `%IX0.1`
+    /// A direct address: `%IX0.1`.
     Direct(String),
-    /// An operator or a bracket.
+    /// An operator, bracket or other punctuation.
     Sign(&'static str),
-    /// A pragma that a controller may carry out, with its braces.
+    /// A pragma that a controller may execute, with its braces.
     Pragma(String),
-    /// The end of a line, where lines count.
+    /// The end of a line, in texts where line ends matter.
     Line,
-    /// The end.
+    /// The end of the text.
     End,
 }
 
@@ -36,7 +36,7 @@ const SIGNS: &[&str] = &[
     "/", "=", "<", ">", "&", ".", "^", "#",
 ];
 
-/// Splits a text, whose first line has this number, into tokens. Where `lines` is set the ends of lines are tokens.
+/// Splits a text into tokens; its first line has the number `first`. If `lines` is set, line ends are tokens.
 pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>, Fault> {
     let bytes = text.as_bytes();
     let (mut at, mut line) = (0, first);
@@ -67,7 +67,8 @@ pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>,
             continue;
         }
         let (token, length) = if next == '\'' || next == '"' {
-            let length = quoted(rest).ok_or_else(|| Fault::new(line, "the text has no end"))?;
+            let length =
+                quoted(rest).ok_or_else(|| Fault::new(line, "the string is not closed"))?;
             (Token::Text(rest[1..length - 1].to_owned()), length)
         } else if next == '%' {
             let length = run(rest, |c| c.is_ascii_alphanumeric() || "%.*_".contains(c));
@@ -79,7 +80,7 @@ pub(crate) fn tokens(text: &str, first: u32, lines: bool) -> Result<Vec<Placed>,
         } else if let Some(sign) = SIGNS.iter().find(|sign| rest.starts_with(**sign)) {
             (Token::Sign(sign), sign.len())
         } else {
-            return Err(Fault::new(line, format!("'{next}' is no sign of this language")));
+            return Err(Fault::new(line, format!("unexpected character '{next}'")));
         };
         found.push(Placed { token, line: begins_at });
         line += newlines(&rest[..length]);
@@ -97,7 +98,7 @@ fn run(text: &str, holds: impl Fn(char) -> bool) -> usize {
     text.find(|c| !holds(c)).unwrap_or(text.len())
 }
 
-/// A number, with an exponent, a base or a unit of time behind it.
+/// A number at the start of the text, with its base or exponent; the token and its length in bytes.
 fn number(rest: &str) -> (Token, usize) {
     let mut length = run(rest, |c| c.is_ascii_digit() || c == '_');
     let tail = &rest[length..];
@@ -119,12 +120,13 @@ fn number(rest: &str) -> (Token, usize) {
     (Token::Number(rest[..length].to_owned()), length)
 }
 
-/// A name, or a literal with its type in front: `T#1m30s`, `INT#-5`, `BOOL#1`, `DT#2020-01-01-00:00:00`.
+/// A name, or a literal with a type prefix, at the start of the text: `T#1m30s`, `INT#-5`, `BOOL#1`,
+/// `DT#2020-01-01-00:00:00`. Returns the token and its length in bytes.
 fn word(rest: &str) -> (Token, usize) {
     let mut length = run(rest, |c| c.is_alphanumeric() || c == '_');
     let (word, tail) = rest.split_at(length);
     let of = word.to_ascii_uppercase();
-    // Blanks may follow, in front of a number: `T# 30000ms`.
+    // Blanks may separate `#` from a number: `T# 30000ms`.
     let (blanks, behind) = tail.strip_prefix('#').map_or((0, ""), blanks);
     let literal = Some(behind).filter(|literal| {
         let may_begin = |c: char| match blanks {
@@ -154,13 +156,13 @@ fn word(rest: &str) -> (Token, usize) {
     (Token::Number(text), length)
 }
 
-/// The number of blanks in front of a text, without ends of lines, and what stands behind them.
+/// The number of blanks and tabs at the start of a text, and the rest of the text.
 fn blanks(text: &str) -> (usize, &str) {
     let behind = text.trim_start_matches([' ', '\t']);
     (text.len() - behind.len(), behind)
 }
 
-/// The length of blanks and a number with a unit of time behind them.
+/// The length of blanks followed by a number with a time unit; `None` if the text does not begin so.
 fn duration_part(text: &str) -> Option<usize> {
     let (skipped, rest) = blanks(text);
     let digits = run(rest, |c| c.is_ascii_digit() || c == '.');
@@ -170,7 +172,8 @@ fn duration_part(text: &str) -> Option<usize> {
     (skipped > 0 && digits > 0 && is_unit).then_some(skipped + digits + unit)
 }
 
-/// The first words of a text, behind comments and pragmas, as far as the text may be cut off: as this reading has it.
+/// Up to two words at the start of a text, after comments and pragmas, under this nesting rule. The text may be
+/// truncated.
 pub(super) fn first_words(text: &str, reading: Comments) -> Vec<String> {
     let plain = without_comments(text, reading);
     let mut rest = plain.trim_start_matches('\u{feff}').trim_start();
@@ -191,7 +194,7 @@ pub(super) fn first_words(text: &str, reading: Comments) -> Vec<String> {
     found
 }
 
-/// The types that may stand in front of a literal.
+/// The type prefixes of literals.
 const TYPED: &[&str] = &[
     "T",
     "TIME",

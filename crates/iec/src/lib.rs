@@ -1,7 +1,7 @@
-//! IEC 61131-3: programs in its languages as data, sequential function charts and what can be told of them.
+//! IEC 61131-3: reads programs in its languages into a syntax tree, and analyses sequential function charts.
 //!
-//! What is read here means nothing yet to the analysis: a front makes a program of it. But charts are studied by
-//! themselves: taken apart into loops, selections and parallels ([`chart::structure`]), asked which actions can run
+//! This crate gives the programs no meaning: a front end lowers the syntax tree for the analysis. Charts are analysed
+//! here: divided into loops, selections and parallel branches ([`chart::structure`]), searched for actions that can run
 //! together ([`chart::coactive`]), and rewritten so that parallel control by stored actions becomes visible
 //! ([`chart::explicit`]).
 
@@ -28,18 +28,18 @@ pub use project::{
     setter,
 };
 
-/// Reads a file of PLCopen XML, or of units in text.
+/// Reads a file of PLCopen XML, or program units in text. `name` is the file's name.
 ///
 /// # Errors
-/// What is wrong with it.
+/// The faults found in the file.
 pub fn read(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     read_as(name, text, None)
 }
 
-/// The same with the reading of comments that is stated.
+/// Like [`read`], but with the rule for nested comments fixed by `comments`; `None` is the same as [`read`].
 ///
 /// # Errors
-/// What is wrong with the file.
+/// The faults found in the file.
 pub fn read_as(name: &str, text: &str, comments: Option<Comments>) -> Result<Project, Vec<Fault>> {
     if xml::begins(text) {
         return xml::file_as(name, text, comments);

@@ -1,12 +1,13 @@
-//! Lists of global variables that are named after their files, as CODESYS and TwinCAT have them: `GVL.Level`.
+//! Lists of global variables named after their files, as in CODESYS and TwinCAT: `GVL.Level`.
 
 use super::parse::file_stem;
 use super::{Project, same};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Project {
-    /// Gives the lists of several files their files' names where two of them declare variables of one name: these are
-    /// told apart by the names of the lists.
+    /// Names unnamed lists after their files if lists of two files declare different variables of one name, so that
+    /// `list.name` is unambiguous. Only the lists of such files are named; none, if one of the names is unknown or
+    /// already in use.
     pub fn name_lists(&mut self) {
         let mut named = BTreeMap::new();
         let mut differ = BTreeSet::new();
@@ -36,7 +37,7 @@ impl Project {
         }
     }
 
-    /// Whether something else has a list's name.
+    /// Whether a variable, action, method, unit, type, named list or program instance has this name.
     #[must_use]
     pub fn has_name(&self, name: &str) -> bool {
         let units = self.pous.iter().flat_map(|pou| pou.methods.iter().chain([pou]));

@@ -1,31 +1,31 @@
-//! What the files of a project declare: types, variables, units and tasks.
+//! The declarations of a project's files: types, variables, units and tasks.
 
 use crate::ast::{Argument, Expr, same};
 use crate::body::{Body, Chart, Named};
 use crate::fault::Fault;
 
-/// A variable's type as it is written.
+/// A variable's type as written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TypeRef {
     /// An elementary type, or one that the project or the standard declares.
     Named(String),
-    /// An array: the least and the largest index of each dimension.
+    /// An array: the lower and upper bound of each dimension, and the element type.
     Array(Vec<(Expr, Expr)>, Box<TypeRef>),
-    /// Text, with the most characters that it holds if that is declared.
+    /// A string, with its maximum number of characters if one is declared.
     Text(Option<Box<Expr>>),
-    /// A structure.
+    /// A structure, with its fields.
     Struct(Vec<Variable>),
-    /// One of these names, with their numbers.
+    /// An enumeration: its value names with their numbers if written, and its base type if written.
     Enumeration(Vec<(String, Option<Expr>)>, Option<Box<TypeRef>>),
-    /// A range of a type's numbers, which a variable may leave at run time; it begins with one of them.
+    /// A subrange: the base type, and the lower and upper limit. The limits are not enforced at run time.
     Subrange(Box<TypeRef>, Box<(Expr, Expr)>),
-    /// A pointer to something (`POINTER TO`, `REF_TO`).
+    /// `POINTER TO` or `REF_TO`.
     Pointer(Box<TypeRef>),
-    /// A reference, which stands for what it refers to (`REFERENCE TO`).
+    /// `REFERENCE TO`: its name stands for the variable that it refers to.
     Reference(Box<TypeRef>),
 }
 
-/// In which section a variable is declared.
+/// The section of a variable's declaration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
     /// `VAR`
@@ -42,36 +42,36 @@ pub enum Section {
     External,
     /// `VAR_GLOBAL`
     Global,
-    /// `VAR_STAT`: one for all instances.
+    /// `VAR_STAT`: shared by all instances.
     Static,
-    /// `VAR_INST`, of a method: one for each instance.
+    /// `VAR_INST` in a method: one for each instance.
     Instance,
 }
 
-/// A variable.
+/// A declared variable or a field of a structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Variable {
     /// Its name.
     pub name: String,
-    /// Its section.
+    /// The section in which it is declared.
     pub section: Section,
-    /// Its type.
+    /// Its type as written.
     pub of: TypeRef,
-    /// What it holds at first.
+    /// The initial value, if one is written.
     pub initial: Option<Expr>,
-    /// Its direct address (`%IX0.1`, `%Q*`).
+    /// The address (`AT %IX0.1`, `%Q*`), if one is written.
     pub at: Option<String>,
-    /// Whether nothing writes it.
+    /// Whether it is declared `CONSTANT`.
     pub constant: bool,
-    /// Whether it survives a loss of power.
+    /// Whether it is retentive: it keeps its value without power.
     pub retain: bool,
-    /// Whether a reader made it: the memory of an edge, or of what a drawing reads before it is worked out.
+    /// Whether the reader created it: the memory of an edge, or of a value that a drawing reads before computing it.
     pub is_internal: bool,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// What a program organization unit is.
+/// The kinds of program organization units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PouKind {
     /// A program.
@@ -84,51 +84,51 @@ pub enum PouKind {
     Interface,
 }
 
-/// A program organization unit.
+/// A program organization unit: a program, function block, function, method or interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pou {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: PouKind,
-    /// The function block that it extends.
+    /// The function block that it extends, if any.
     pub extends: Option<String>,
-    /// The interfaces that it implements, or extends where it is one itself.
+    /// The interfaces that it implements; for an interface, those that it extends.
     pub implements: Vec<String>,
-    /// The type of its result, of a function.
+    /// The result type of a function or method; `None` if it has no result.
     pub result: Option<TypeRef>,
-    /// Its variables.
+    /// Its variables of all sections, without the result.
     pub variables: Vec<Variable>,
-    /// Its body.
+    /// Its body; empty for interfaces and for units without code.
     pub body: Body,
     /// Its actions.
     pub actions: Vec<Named>,
     /// Its named transitions.
     pub transitions: Vec<Named>,
-    /// Its methods, and what its properties read and write ([`getter`], [`setter`]).
+    /// Its methods, and the accessors of its properties ([`getter`], [`setter`]).
     pub methods: Vec<Pou>,
-    /// Whether only the unit that declares it may call it, of a method (PRIVATE).
+    /// Whether it is a `PRIVATE` method, which only its unit may call.
     pub is_private: bool,
-    /// The file, an index into the files that were read.
+    /// The index of its file in [`Project::files`].
     pub file: usize,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// The name of the method that reads a property.
+/// The name of the accessor method that reads a property.
 #[must_use]
 pub fn getter(property: &str) -> String {
     format!("{property}.Get")
 }
 
-/// The name of the method that writes a property.
+/// The name of the accessor method that writes a property.
 #[must_use]
 pub fn setter(property: &str) -> String {
     format!("{property}.Set")
 }
 
 impl Variable {
-    /// A variable about which nothing else is said.
+    /// A variable without initial value, address or attributes.
     #[must_use]
     pub fn new(name: impl Into<String>, section: Section, of: TypeRef, line: u32) -> Variable {
         Variable {
@@ -146,8 +146,7 @@ impl Variable {
 }
 
 impl Pou {
-    /// The method that reads (or writes) a property, without its body. What is written is an input of the property's
-    /// name.
+    /// The getter (`reads`) or setter of a property, without a body. The setter has an input with the property's name.
     #[must_use]
     pub fn accessor(property: &str, of: &TypeRef, reads: bool, line: u32) -> Pou {
         let name = if reads { getter(property) } else { setter(property) };
@@ -161,7 +160,7 @@ impl Pou {
         own
     }
 
-    /// A unit, or a method, that holds nothing yet.
+    /// A unit or method without contents, in the file with index 0.
     #[must_use]
     pub fn new(name: &str, kind: PouKind, line: u32) -> Pou {
         Pou {
@@ -181,19 +180,19 @@ impl Pou {
         }
     }
 
-    /// The variable that holds its result: its name, or that of the property that it reads.
+    /// The name of its result variable: its own name, or for a getter the name of the property.
     #[must_use]
     pub fn result_name(&self) -> &str {
         self.name.split_once('.').map_or(&self.name, |(property, _)| property)
     }
 
-    /// The property that it reads or writes, of a method.
+    /// The property that this accessor method belongs to; `None` for other units.
     #[must_use]
     pub fn property(&self) -> Option<&str> {
         self.name.split_once('.').map(|(property, _)| property)
     }
 
-    /// Its charts: that of the body, those of actions and of methods, each with the name of what it belongs to.
+    /// All charts in its body, actions and methods, each with a qualified name such as `Unit.Action`.
     #[must_use]
     pub fn charts(&self) -> Vec<(String, &Chart)> {
         let actions = self.actions.iter();
@@ -208,7 +207,7 @@ impl Pou {
         own.chain(inner).collect()
     }
 
-    /// The action of this name.
+    /// The action of this name, ignoring case.
     #[must_use]
     pub fn action(&self, name: &str) -> Option<&Named> {
         self.actions.iter().find(|one| same(&one.name, name))
@@ -220,90 +219,92 @@ impl Pou {
 pub struct TypeDeclaration {
     /// Its name.
     pub name: String,
-    /// The structure that it extends.
+    /// The structure that it extends; `None` if it extends none. [`Project::inherit_parts`] clears it if that
+    /// structure is known.
     pub extends: Option<String>,
-    /// What it is.
+    /// Its definition.
     pub of: TypeRef,
-    /// What a variable of it holds at first.
+    /// The default initial value of its variables, if one is written.
     pub initial: Option<Expr>,
-    /// The file, an index into the files that were read.
+    /// The index of its file in [`Project::files`].
     pub file: usize,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
-/// A task, and what it runs.
+/// A task and the program instances that it runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Task {
-    /// Its name; empty for programs that no task is named for.
+    /// Its name; empty for program instances without a task.
     pub name: String,
-    /// Its interval in nanoseconds, where it has one.
+    /// Its interval in nanoseconds, if it has one.
     pub interval: Option<i64>,
-    /// Its priority as it is written.
+    /// Its priority as written, if it has one.
     pub priority: Option<String>,
-    /// The instances of programs in their order: name and type.
+    /// The program instances in order: name and program.
     pub instances: Vec<(String, String)>,
 }
 
-/// What the inputs and outputs of an instance of a program are connected to (`PROGRAM i WITH t : p (x := a, y => b)`).
+/// The connections of a program instance's inputs and outputs: `PROGRAM i WITH t : p (x := a, y => b)`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Connected {
     /// The instance's name.
     pub name: String,
-    /// Its inputs and outputs.
+    /// The connected inputs and outputs.
     pub given: Vec<Argument>,
-    /// The file, an index into the files that were read.
+    /// The index of the file in [`Project::files`].
     pub file: usize,
-    /// The line.
+    /// The line of the program instance, from 1.
     pub line: u32,
 }
 
-/// What the files of a project say.
+/// The contents of a project's files.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Project {
-    /// The files' names.
+    /// The names of the files.
     pub files: Vec<String>,
     /// Declared types.
     pub types: Vec<TypeDeclaration>,
-    /// Lists of global variables, by their names (empty where they have none).
+    /// The lists of global variables, with their names (empty if unnamed).
     pub globals: Vec<(String, Vec<Variable>)>,
-    /// How many lists of global variables there are up to the end of each file but the last.
+    /// For each file except the last, the number of lists in `globals` up to its end.
     pub global_ends: Vec<usize>,
     /// The program organization units.
     pub pous: Vec<Pou>,
     /// The tasks.
     pub tasks: Vec<Task>,
-    /// The types of programs of which an instance keeps all its variables when the power fails (`PROGRAM RETAIN`).
+    /// The programs that have an instance declared `PROGRAM RETAIN`: all of its variables are retentive.
     pub retained: Vec<String>,
-    /// The instances of programs whose inputs or outputs are connected to variables.
+    /// The program instances with connected inputs or outputs.
     pub connected: Vec<Connected>,
-    /// What a controller may carry out and nothing here reads, with the file that it stands in: nothing is known of a
-    /// scan with it.
+    /// Contents that a controller may execute and that could not be read, with their files. No scan of the project can
+    /// then be bounded.
     pub unread: Vec<(usize, Fault)>,
-    /// The lists of global variables in text, by their files' names, with the names of their variables.
+    /// The lists of global variables in text files: the name that the file gives to the list, and its variables.
     pub lists: Vec<(String, Vec<String>)>,
 }
 
 impl Project {
-    /// Whether a unit is a program that keeps all its variables when the power fails.
+    /// Whether all variables of this unit are retentive (`PROGRAM RETAIN`).
     #[must_use]
     pub fn retains(&self, pou: usize) -> bool {
         self.retained.iter().any(|of| same(of, &self.pous[pou].name))
     }
 
-    /// The unit of this name.
+    /// The unit of this name, ignoring case.
     #[must_use]
     pub fn pou(&self, name: &str) -> Option<&Pou> {
         self.pous.iter().find(|pou| same(&pou.name, name))
     }
 
-    /// The file of a list of global variables, an index into the files that were read.
+    /// The index in [`Project::files`] of the file that declares this list of global variables.
     #[must_use]
     pub fn file_of_list(&self, list: usize) -> usize {
         self.global_ends.partition_point(|&end| end <= list)
     }
 
-    /// Takes in what another file says.
+    /// Appends the contents of another file. Tasks of one name are merged unless they state different
+    /// intervals or priorities.
     pub fn join(&mut self, mut other: Project) {
         let shift = self.files.len();
         other.pous.iter_mut().for_each(|pou| {
@@ -325,7 +326,7 @@ impl Project {
         self.unread.extend(other.unread.into_iter().map(|(file, fault)| (file + shift, fault)));
         self.lists.append(&mut other.lists);
         for task in other.tasks {
-            // Tasks of two resources may have one name.
+            // Tasks of different resources may have the same name.
             let is_same = |own: &&mut Task| {
                 let differs = (own.interval.is_some()
                     && task.interval.is_some_and(|_| own.interval != task.interval))
@@ -341,9 +342,9 @@ impl Project {
         }
     }
 
-    /// Gives structures the parts of those that they extend, when all files are read.
+    /// Inserts inherited fields into structures that extend others. Call it after all files have been read.
     pub fn inherit_parts(&mut self) {
-        // Each time one more stands above.
+        // Each pass resolves one more level of inheritance.
         for _ in 0..self.types.len() {
             let whole: Vec<(String, Vec<Variable>)> = self
                 .types
@@ -370,7 +371,7 @@ impl Project {
         }
     }
 
-    /// Every chart, with the name of what it belongs to and the unit that it stands in.
+    /// All charts of the project, each with its qualified name and the unit that contains it.
     #[must_use]
     pub fn charts(&self) -> Vec<(String, &Pou, &Chart)> {
         let all = self

@@ -1,10 +1,10 @@
-//! Expressions and statements as structured text again.
+//! Prints expressions and statements as structured text.
 
 use super::ast::{Argument, Expr, Kind, Listing, Literal, Operator, Part, Path, Statement};
 use super::fault::short;
 use std::fmt::Write;
 
-/// A duration as a literal.
+/// A duration as a literal, such as `T#1s500ms`.
 #[must_use]
 pub fn time(nanoseconds: i64) -> String {
     let sign = if nanoseconds < 0 { "-" } else { "" };
@@ -22,7 +22,7 @@ pub fn time(nanoseconds: i64) -> String {
     text
 }
 
-/// A variable.
+/// A path as text, such as `Axes[2].Delay.Q`.
 #[must_use]
 pub fn path(path: &Path) -> String {
     let mut text = path.first.clone();
@@ -56,7 +56,7 @@ fn literal(literal: &Literal) -> String {
     }
 }
 
-/// An expression.
+/// An expression as structured text. For temporaries and unreadable parts it gives a description.
 #[must_use]
 pub fn expr(one: &Expr) -> String {
     match one {
@@ -88,7 +88,8 @@ pub fn expr(one: &Expr) -> String {
     }
 }
 
-/// Why an expression has no form in text, if it has none: it was drawn with what remembers, or it was not understood.
+/// The reason why an expression cannot be written as text: it uses a temporary, a drawn block with state, or an
+/// unreadable part. `None` if it can be written.
 #[must_use]
 pub fn formless(one: &Expr) -> Option<String> {
     let hidden = |path: &Path| {
@@ -107,13 +108,14 @@ pub fn formless(one: &Expr) -> Option<String> {
         }
         Expr::List(_, given) => given.iter().find_map(|one| formless(&one.value)),
         Expr::Kept(_) | Expr::Held(_) => {
-            Some("a part of it keeps a result for itself, which has no form in text".to_owned())
+            Some("a part of it uses a temporary result, which cannot be written as text".to_owned())
         }
         Expr::Unread(why) => Some(format!("it cannot be read: {why}")),
     }
 }
 
-/// AND, OR, XOR and NOT that are drawn as blocks: in text they stand between what they join.
+/// AND, OR, XOR and NOT drawn as blocks, in operator form. `None` for other calls, or if an argument is not an input
+/// `IN...`.
 fn operation(function: &Path, given: &[Argument]) -> Option<String> {
     let is_input = |one: &Argument| {
         let name = one.name.as_deref().unwrap_or("IN");
@@ -131,11 +133,11 @@ fn operation(function: &Path, given: &[Argument]) -> Option<String> {
     }
 }
 
-/// An expression in brackets, if it binds less than this.
+/// The expression as text, in brackets if its precedence is below `least`.
 fn bracketed(one: &Expr, least: u8) -> String {
     let binds = match one {
         Expr::Binary(operator, ..) => operator.binding(),
-        // `NOT a = b` would read as `NOT (a = b)` to some.
+        // Some tools read `NOT a = b` as `NOT (a = b)`, so brackets are needed.
         Expr::Not(_) | Expr::Negate(_) if least > Operator::And.binding() + 1 => 0,
         _ => u8::MAX,
     };
@@ -155,7 +157,7 @@ fn arguments(given: &[Argument]) -> String {
     given.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
-/// Statements, a line each, indented by so many levels.
+/// Statements, one per line, indented by `level` times two blanks.
 #[must_use]
 pub fn statements(all: &[Statement], level: usize) -> String {
     let mut text = String::new();

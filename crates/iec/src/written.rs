@@ -1,44 +1,44 @@
-//! What leads to an element of a drawing, as generators of text write it (Beremiz and OpenPLC: `GeneratePaths`,
-//! `FactorizePaths` and `ComputePaths` of `PLCGenerator.py`): one way after the other; what ways end with alike is
-//! written once.
+//! The expressions that generators write for the inputs of a drawing's elements (Beremiz and OpenPLC: `GeneratePaths`,
+//! `FactorizePaths` and `ComputePaths` of `PLCGenerator.py`). Paths are visited one after another; a common end of
+//! several paths is written once.
 
 use crate::drawing::{Connection, Drawing, Element, ElementId, ElementKind};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// More elements than this are not visited for one expression, and no longer one is written.
+/// The maximum number of elements visited for one expression, and the limit of its length in operands.
 const VISITS: usize = 5_000;
 
-/// How deep ways may be followed.
+/// The maximum depth to which paths are followed.
 pub const DEPTH: usize = 150;
 
-/// An operand: a contact without what leads to it, or an output of another element. Edges are looked at anew with each
-/// visit, which the number tells.
+/// An operand: a contact without the elements before it, or an output of another element. The number distinguishes
+/// repeated visits of a contact with an edge, which is evaluated each time; otherwise it is 0.
 pub type Operand<'d> = ((ElementId, &'d str), usize);
 
-/// An expression, or a part of it.
+/// An expression or a part of it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Path<'d> {
-    /// Power from the rail.
+    /// `TRUE`, from the left power rail.
     Power,
-    /// An operand.
+    /// A single operand.
     One(Operand<'d>),
-    /// Operands that are joined by AND; the last one is the first on the way.
+    /// Operands joined by AND; the element nearest to the rail is the last.
     Row(Vec<Rc<Path<'d>>>),
-    /// Ways that are joined by OR.
+    /// Paths joined by OR.
     Fork(Vec<Rc<Path<'d>>>),
 }
 
-/// An expression as it is written.
+/// The expression that a generator writes.
 pub struct Written<'d> {
-    /// The expression; none, if nothing leads to the element.
+    /// The expression; `None` if the element has no incoming connection.
     pub path: Option<Rc<Path<'d>>>,
-    /// What is visited, in order: operands, and coils that stand on the way.
+    /// The visited operands, and the coils in the middle of a rung, in order of visit.
     pub visited: Vec<Operand<'d>>,
 }
 
 impl Written<'_> {
-    /// Whether no operand stands in it twice.
+    /// Whether no operand occurs twice in the expression.
     #[must_use]
     pub fn is_written_once(&self) -> bool {
         let mut seen = BTreeSet::new();
@@ -55,7 +55,7 @@ impl Written<'_> {
     }
 }
 
-/// Contacts that look at edges, and what they lead to within one expression.
+/// Contacts with edges, and the contacts, coils and right rails after them within one expression.
 #[must_use]
 pub fn behind_edges(drawing: &Drawing) -> BTreeSet<ElementId> {
     let mut ahead: BTreeMap<ElementId, Vec<ElementId>> = BTreeMap::new();
@@ -75,13 +75,13 @@ pub fn behind_edges(drawing: &Drawing) -> BTreeSet<ElementId> {
     found
 }
 
-/// Whether a contact looks at an edge.
+/// Whether it is a contact that detects an edge.
 fn has_edge(one: &Element) -> bool {
     one.kind == ElementKind::Contact && one.edge.is_some()
 }
 
-/// What leads in through connections, as it is written; none, if that is too long. `first` says whether contacts are
-/// looked at before what leads to them, as generators do.
+/// The expression that arrives through connections; `None` if it is too long or too deep. `first`: contacts are
+/// evaluated before the elements in front of them, as generators do.
 #[must_use]
 pub fn written<'d>(
     drawing: &'d Drawing,
@@ -97,7 +97,7 @@ pub fn written<'d>(
     is_short(path.as_deref(), &mut length).then_some(Written { path, visited: walk.visited })
 }
 
-/// Whether no more operands are written than these.
+/// Whether the expression has fewer operands than `length`, which is decreased.
 fn is_short(path: Option<&Path<'_>>, length: &mut usize) -> bool {
     match path {
         None | Some(Path::Power) => true,
@@ -113,7 +113,7 @@ struct Walk<'d, 'e> {
     drawing: &'d Drawing,
     behind_edges: &'e BTreeSet<ElementId>,
     first: bool,
-    /// Contacts and coils that look at no edge, nor anything that leads to them.
+    /// The paths of contacts and coils that neither have an edge nor follow one.
     known: BTreeMap<ElementId, Rc<Path<'d>>>,
     visited: Vec<Operand<'d>>,
     visits: usize,
@@ -159,12 +159,12 @@ impl<'d> Walk<'d, '_> {
                 }
                 if row.len() == 1 { row.remove(0) } else { Rc::new(Path::Row(row)) }
             }
-            // How several ways to a coil on the way are joined is told elsewhere.
+            // A coil with several incoming connections is handled by the caller, because tools join these differently.
             ElementKind::Coil if one.inputs.len() == 1 => {
                 self.visited.push(own);
                 Rc::new(Path::Row(self.ways(&one.inputs, depth + 1)?))
             }
-            // What leads to a connector is written for each of its continuations.
+            // The expression of a connector is written once for each of its continuations.
             ElementKind::Continuation(connector) => return Some(self.operand((*connector, ""))),
             _ => return Some(self.operand((id, &from.output))),
         };
@@ -180,7 +180,7 @@ impl<'d> Walk<'d, '_> {
     }
 }
 
-/// Ways as one expression.
+/// Joins several paths by OR, after factoring out common ends. `None` if there is none.
 fn joined(ways: Vec<Rc<Path<'_>>>) -> Option<Rc<Path<'_>>> {
     let mut ways = if ways.len() > 1 { factored(ways) } else { ways };
     match ways.len() {
@@ -189,7 +189,7 @@ fn joined(ways: Vec<Rc<Path<'_>>>) -> Option<Rc<Path<'_>>> {
     }
 }
 
-/// Ways of which those that end alike are joined.
+/// Factors out the common ends of paths.
 fn factored(ways: Vec<Rc<Path<'_>>>) -> Vec<Rc<Path<'_>>> {
     let mut found = Vec::new();
     let mut alike: BTreeMap<Rc<Path<'_>>, Vec<Rc<Path<'_>>>> = BTreeMap::new();

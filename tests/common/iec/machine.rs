@@ -231,7 +231,7 @@ pub struct Machine<'a> {
     pub last: bool,
     /// Whether operands and arguments are worked out from right to left.
     pub right_first: bool,
-    /// Whether an element is looked for before the value that it is assigned.
+    /// Whether the index of an assigned element is evaluated before the value.
     pub target_first: bool,
     calls: u64,
 }

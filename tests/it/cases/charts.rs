@@ -160,7 +160,7 @@ fn scans_that_every_controller_makes_remain_a_lower_bound() {
 
 #[test]
 fn of_several_blocks_of_an_action_any_may_be_the_last() {
-    let facts = "[controller]\n\"of several blocks of an action the last has its way\" = true\n\"actions have no final scan\" = true\n";
+    let facts = "[controller]\n\"of several blocks of an action, the last one decides\" = true\n\"actions have no final scan\" = true\n";
     let own = "\"each step of an action has pulses and times of its own\" = true\n";
     for blocks in [
         ["A0(P); A0(N);", ""],
@@ -205,10 +205,8 @@ fn et_of_a_timer_that_is_over_changes_with_a_time_that_changes_or_not() {
         let facts = if facts.is_empty() { "" } else { &format!("[controller]\n{facts}") };
         microseconds(&audited(text, facts, Trust::All))
     };
-    let anew = |is| format!("\"timers that are over ask for a new time\" = {is}\n");
-    let stays = |is| {
-        format!("\"ET of a timer that is over stays as it is when its time changes\" = {is}\n")
-    };
+    let anew = |is| format!("\"expired timers test a changed PT again\" = {is}\n");
+    let stays = |is| format!("\"ET of an expired timer stays the same when PT changes\" = {is}\n");
     assert_eq!(of(&(anew(true) + &stays(false))), (0, 0), "ET is at most 100 ms");
     assert_eq!(of(&(anew(true) + &stays(true))), (2, 2), "ET is 10 s");
     assert_eq!(of(&(anew(false) + &stays(true))).0, 2);

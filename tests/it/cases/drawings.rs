@@ -134,7 +134,7 @@ fn what_vendors_add_to_a_unit_proves_nothing() {
     refused("vendor-coil.xml", &coil, "coil with localId 3");
     refused("vendor-element.xml", &drawn("<script localId=\"8\">c();</script>"), "<script>");
     refused("vendor-unit.xml", &vendors("<methods/>", &st(""), &st("")), "<methods>");
-    refused("vendor-body.xml", &vendors("", &st(""), "c();"), "text stands in it");
+    refused("vendor-body.xml", &vendors("", &st(""), "c();"), "it contains text");
     refused("vendor-st.xml", &vendors("", "", &st("<script>c();</script>")), "<script>");
     // What two elements say of which one is read.
     let twice = vendors("<actions/><actions/>", "", &st(""));
@@ -207,7 +207,7 @@ fn boxes_with_structured_text_are_carried_out() {
         assert_eq!(run.code, Some(2), "{name}: {}", run.stdout);
         assert!(run.stderr.contains(why), "{name}: {}", run.stderr);
     };
-    says("execute-other.xml", &drawn.replace("\"EXECUTE\"", "\"FOO\""), "no EXECUTE box");
+    says("execute-other.xml", &drawn.replace("\"EXECUTE\"", "\"FOO\""), "not an EXECUTE box");
     says("execute-return.xml", &drawn.replace("END_FOR", "END_FOR RETURN;"), "RETURN");
     says("execute-wrong.xml", &drawn.replace("END_FOR", "END_FOO"), "execute-wrong.xml:22");
     says("execute-pin.xml", &drawn.replace("\"ENO\"", "\"Q\""), "other pins");
@@ -220,7 +220,7 @@ fn drawings_and_texts_of_any_size_end_with_a_message() {
     let chain = written("ld-chain.xml", &String::from_utf8_lossy(&made.stdout));
     let run = scanbound("attack", &format!("audit {}", chain.display()));
     assert_eq!(run.code, Some(2), "{}", run.stderr);
-    assert!(run.stderr.contains("stand in a row"), "{}", run.stderr);
+    assert!(run.stderr.contains("in series"), "{}", run.stderr);
     let blocks = |count: u32| {
         let block = |id: u32| {
             let pin = format!("<connection refLocalId=\"{}\"/>", id - 1);
@@ -237,10 +237,10 @@ fn drawings_and_texts_of_any_size_end_with_a_message() {
         let begin = "<inVariable localId=\"1\"><expression>b</expression></inVariable>";
         vendors("", "", &format!("<FBD>{begin}{all}{end}</FBD>"))
     };
-    refused("fbd-chain.xml", &blocks(10_000), "stand in a row");
+    refused("fbd-chain.xml", &blocks(10_000), "in series");
     assert_eq!(checked("fbd-row.xml", &blocks(140)).code, Some(0));
     let spaces = "<e xmlns:n=\"u\">".repeat(3_000) + &"</e>".repeat(3_000);
-    refused("spaces.xml", &vendors(&spaces, "", &st("")), "name spaces");
+    refused("spaces.xml", &vendors(&spaces, "", &st("")), "namespaces");
 }
 
 /// A table in which this row takes 10 us, and nothing else takes anything.

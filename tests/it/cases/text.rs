@@ -105,13 +105,13 @@ fn stated_code_takes_its_time_and_writes_its_variables() {
 fn pragmas_that_change_what_runs_are_refused_and_others_left_out() {
     let found = scanbound("attack", "audit pragma-if.st --table zero.csv --facts calls.toml");
     assert_eq!(found.code, Some(2), "{}", found.stdout);
-    assert!(found.stderr.contains("chooses what is compiled"), "{}", found.stderr);
+    assert!(found.stderr.contains("selects what is compiled"), "{}", found.stderr);
     for text in [
         "{IF hasattribute (pou: P, 'x')} a := 1; {ELSE} a := 2; {END_IF}",
         "{if defined (X)} a := 1; {elsif defined (Y)} a := 2; {end_if}",
         "a := 1; {END_IF}",
     ] {
-        assert!(refused("if", &program(text), "").contains("chooses what is compiled"), "{text}");
+        assert!(refused("if", &program(text), "").contains("selects what is compiled"), "{text}");
     }
     for attribute in ["no_init", "initialize_on_call", "TcRetain", "is_connected", "anything"] {
         let text = format!("{{attribute '{attribute}' := '1'}}\n{}", program("a := 1;"));

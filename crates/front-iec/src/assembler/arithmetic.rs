@@ -1,4 +1,4 @@
-//! Numbers worked out from two others, at the size of their type.
+//! Arithmetic on two numbers of one kind.
 
 use super::Assembler;
 use super::open::{beyond, opened};
@@ -11,7 +11,8 @@ use scanbound_ir::meaning::{Arithmetic, Operation, OperationInput as Input};
 use scanbound_ir::{Logic, Number, Region, Relation, WordSource, Write};
 
 impl Assembler {
-    /// A number worked out from two of one kind.
+    /// Lowers an operator on two numbers of one kind, without a charge. The result may overflow ([`Value::Open`]); it
+    /// is any number where the operation is not modelled.
     pub(crate) fn arithmetic(
         &mut self,
         operator: Operator,
@@ -44,11 +45,11 @@ impl Assembler {
             return Ok(Value::Number(kind, self.time_worked_out(operator, left, right)));
         }
         if kind == Kind::Time {
-            let why = "a part of a time may be finer than 1 ms, a multiple longer than 12 days, and controllers differ in its bits: it may be any time";
+            let why = "a fraction of a time may be finer than 1 ms, a multiple longer than 12 days, and controllers represent times differently: the result may be any time";
             return Ok(Value::Number(kind, self.any_number(kind, why)));
         }
         if matches!(kind, Kind::Opaque(_)) {
-            let why = "arithmetic of long reals and dates is not followed: the result may be any";
+            let why = "arithmetic of LREAL and dates is not modelled: the result may be any value";
             return Ok(Value::Number(kind, self.any_number(kind, why)));
         }
         let boxed = |one, two| (Box::new(one), Box::new(two));
@@ -80,7 +81,7 @@ impl Assembler {
                 low
             }
             O::Divide | O::Modulo if words <= 2 => {
-                // Processors stop at the lowest value divided by -1, as at 0, or give something else.
+                // For the lowest value divided by -1, processors stop as for a division by 0, or give another result.
                 let lowest = super::open::beyond(O::Divide, kind, &left, &right);
                 lowest.into_iter().for_each(|lowest| self.stops_where(lowest));
                 let inputs = vec![Input::Number(left), Input::Number(right)];
@@ -92,13 +93,13 @@ impl Assembler {
                 Number::Words(own.to_vec())
             }
             _ => self
-                .any_number(kind, "arithmetic that is not followed: the result may be any number"),
+                .any_number(kind, "arithmetic that is not modelled: the result may be any number"),
         };
         Ok(opened(Value::Number(kind, wrapped(kind, number)), beyond))
     }
 
-    /// A product. Where it does not fit, compilers differ in how many bits they keep of it: there it is any number.
-    /// Gives where that is, too.
+    /// The low words of a product, and the condition under which it does not fit its kind. There, the low words are any
+    /// value, since compilers differ in how many bits they keep.
     fn product(&mut self, kind: Kind, left: Number, right: Number) -> (Number, Logic) {
         let (words, signed) = (kind.words(), kind.is_signed());
         let inputs = vec![Input::Number(left), Input::Number(right)];
@@ -136,8 +137,9 @@ impl Assembler {
         (Number::Words(low), beyond)
     }
 
-    /// Two times added, or one less another. Controllers differ where that is below 0 or beyond 12 days: with times
-    /// that have no sign it is a very long one. Of two times between whole milliseconds the sum may be any.
+    /// The sum or difference of two times. It is any time where it may be negative or longer than 12 days, since
+    /// controllers differ there (unsigned times wrap to very long ones), and where both operands lie between whole
+    /// milliseconds.
     pub(crate) fn time_worked_out(
         &mut self,
         operator: Operator,
@@ -149,7 +151,7 @@ impl Assembler {
         let below =
             |left: &Number, right: Number| value::signed(Relation::Less, left.clone(), right);
         let zero = || constant(0, 2);
-        // Where one of them is below 0 or beyond, so may the result be, however its 32 bits come out.
+        // If an operand is out of range, the result may be too, whatever its 32 bits are.
         let mut differs: Vec<Logic> = [&left, &right].map(|one| below(one, zero())).into();
         differs.extend([&left, &right].map(is_edge));
         if let (Some(one), Some(other)) = (is_between(&left), is_between(&right)) {
@@ -172,7 +174,7 @@ impl Assembler {
             self.program().statements.undefined_by_language.insert(choice);
             let any = Write::Havoc(Region::Range { first, count: 2 }, choice);
             let at = self.write_if(differs, vec![any], None);
-            let why = "a time below 0 or beyond 12 days, of which controllers differ, or one of two that are measured more finely than in ms: it may be any time";
+            let why = "controllers differ for times below 0 or beyond 12 days, and some measure more finely than in ms: the result may be any time";
             self.program().approximate(at, why);
         }
         Number::Words(words)

@@ -1,4 +1,4 @@
-//! The standard's function blocks.
+//! Lowers the function blocks of the standard: edge detection, bistables and counters.
 
 use super::Assembler;
 use super::memory::{all, any, set};
@@ -9,17 +9,19 @@ use super::value::{Value, constant, signed, unsigned};
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_ir::{Cell, Logic, Number, Relation, Step, TimingKey, WordSource, WordTarget, Write};
 
-/// What some controllers do.
-const COUNTS_WORDS: &str = "counters count words without a sign";
+/// Text of a reading: how some controllers differ from the standard here.
+const COUNTS_WORDS: &str = "counters count unsigned words";
 
 impl Assembler {
-    /// What prices a standard block.
+    /// The timing key of a standard block: its name, or else the class `counter` for counters and `timer` for all
+    /// others.
     pub(crate) fn block_key(block: StandardBlock) -> TimingKey {
         let class = if block.is_counter() { "counter" } else { "timer" };
         Assembler::key(&[block.name()], class)
     }
 
-    /// Carries out an instance of a standard block, whose inputs have their values.
+    /// Lowers the execution of a standard block whose inputs are set already. `cell` gives the cell of a pin, or None
+    /// if the block has no such pin.
     pub(crate) fn standard_block(
         &mut self,
         block: StandardBlock,
@@ -71,7 +73,7 @@ impl Assembler {
         let up = || Number::Add(Box::new(word(count)), one());
         let down = || Number::Sub(Box::new(word(count)), one());
         let (reset, load) = (bit(Pin::R), bit(Pin::Ld));
-        // The standard has PV and CV as INT, others as WORD.
+        // The standard declares PV and CV as INT; some controllers use WORD.
         let is_word = self.differs(COUNTS_WORDS);
         let either = |as_int: Logic, as_word: Logic| {
             let other = all([is_word.clone(), as_word]);
@@ -97,7 +99,7 @@ impl Assembler {
             signed(Relation::Greater, word(count), constant(i64::from(i16::MIN), 1)),
             signed(Relation::NotEqual, word(count), constant(0, 1)),
         );
-        // The standard counts on beyond the preset and below 0, some controllers stop there.
+        // In the standard, counters continue beyond the preset and below 0; on some controllers they stop there.
         let stops = self.differs("counters stop at their preset and at 0");
         let below = all([below, all([full(), stops.clone()]).not()]);
         let above = all([above, all([empty(), stops]).not()]);
@@ -139,7 +141,8 @@ impl Assembler {
         }
     }
 
-    /// What was read of a cell: of a counter's, it may be a number without a sign.
+    /// A value that was read from a cell. If the cell is CV or PV of a counter that counts unsigned on some
+    /// controllers, a negative value does not fit its type.
     pub(crate) fn as_count(&mut self, cell: Option<Cell>, value: Value) -> Value {
         match value {
             Value::Number(kind, number) if cell.is_some_and(|cell| self.counts.contains(&cell)) => {

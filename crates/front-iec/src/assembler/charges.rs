@@ -1,14 +1,14 @@
-//! How large variables are as wholes, and what it is charged to copy, compare or begin them: by their elements.
+//! Charges for copying, comparing and initialising whole variables, by their number of elements.
 
 use super::Assembler;
 use super::types::{Extent, Kind};
 use scanbound_ir::{TimingKey, Units};
 
-/// The price of a function of texts holds so many characters.
+/// The time of a text function covers this many characters.
 const TEXT_HELD: u64 = 80;
 
 impl Assembler {
-    /// Charges the size of what is moved, which no price of its own holds.
+    /// Charges the size of a moved value that the time of the function does not cover.
     pub(crate) fn charge_whole(&mut self, extent: Extent) {
         match extent {
             Extent::One => {}
@@ -17,7 +17,7 @@ impl Assembler {
         }
     }
 
-    /// Charges that wholes are compared, element by element: no further than the shorter text.
+    /// Charges the comparison of two whole values by their elements; of two texts, by the shorter one.
     pub(crate) fn charge_comparison(&mut self, one: Extent, two: Extent) {
         match (one, two) {
             (Extent::Elements(one), Extent::Elements(two)) => {
@@ -36,15 +36,15 @@ impl Assembler {
         }
     }
 
-    /// Charges the characters that the price of a function of texts does not hold.
+    /// Charges the characters beyond those that the time of a text function covers.
     fn charge_beyond(&mut self, characters: u64) {
         if characters > TEXT_HELD {
             self.charge("COPY_TEXT", "string", characters - TEXT_HELD);
         }
     }
 
-    /// Charges that a number becomes a real or a long real, or one of these something else, as the conversions that are
-    /// written are. A whole number is loaded at whichever length.
+    /// Charges a conversion to or from REAL, LREAL and dates as the corresponding conversion function. Other
+    /// conversions take no time.
     pub(crate) fn charge_conversion(&mut self, from: Kind, to: Kind) {
         if from != to && (is_real(from) || is_real(to)) {
             let name = format!("{}_TO_{}", name_of(from), name_of(to));
@@ -52,7 +52,7 @@ impl Assembler {
         }
     }
 
-    /// Charges that a value of which even the type is not known may become a real or a long real.
+    /// Charges the conversion of a value of unknown type, if the target is REAL, LREAL or a date.
     pub(crate) fn charge_any_conversion(&mut self, to: Kind) {
         if is_real(to) {
             self.cost(&[&format!("ANY_TO_{}", name_of(to)), "CONVERT"], "conversion");
@@ -89,7 +89,7 @@ fn name_of(kind: Kind) -> &'static str {
     }
 }
 
-/// The characters of a constant, and what ends it.
+/// The number of characters of a text constant, with its terminator.
 pub(crate) fn characters(text: &str) -> u64 {
     u64::try_from(text.chars().count()).unwrap_or(u64::MAX).saturating_add(1)
 }

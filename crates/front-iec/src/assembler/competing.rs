@@ -1,4 +1,5 @@
-//! Transitions that compete for a step without priorities: the first that is true fires, or all that are.
+//! Transitions that compete for a step without priorities: controllers clear only the first one that is true, or all
+//! that are true.
 
 use super::Assembler;
 use super::memory::{Memory, any};
@@ -11,12 +12,12 @@ use std::collections::BTreeSet;
 
 const WHY: &str = "if several transitions after one step are true and not all have a priority, controllers fire the first (as in the standard) or all (Beremiz, OpenPLC): either ([sfc] selection states which)";
 
-/// What is known of the controller and the project.
+/// How competing transitions clear, as far as it is known.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Competing {
-    /// Whether all clear that are true; `None`: that, or the first alone.
+    /// Whether all true transitions clear. `None`: either all, or only the first.
     all_clear: Option<bool>,
-    /// Whether nothing but a call in a condition can change what conditions read while a chart evaluates them.
+    /// Whether only calls in conditions can change what conditions read during their evaluation.
     is_steady: bool,
 }
 
@@ -27,10 +28,10 @@ impl Competing {
         actions_first: bool,
         tasks: usize,
     ) -> Competing {
-        // All clear on matiec alone, which evaluates transitions first and has an action order of its own.
+        // All clear only on matiec, which evaluates transitions first and has its own action order.
         let may_be_matiec =
             !actions_first && matches!(facts.action_order, None | Some(ActionOrder::Declared));
-        // The methods that read and write a property have a point in their names.
+        // The accessor methods of a property have a dot in their names.
         let has_properties =
             project.pous.iter().any(|pou| pou.methods.iter().any(|one| one.name.contains('.')));
         Competing {
@@ -39,12 +40,12 @@ impl Competing {
         }
     }
 
-    /// Whether several may clear.
+    /// Whether several competing transitions may clear at once.
     pub(crate) fn may_all_clear(self) -> bool {
         self.all_clear != Some(false)
     }
 
-    /// How the steps of a chart follow each other on every controller that it may run on.
+    /// The net of a chart's steps that allows every behaviour of the controllers on which it may run.
     pub(crate) fn net(self, chart: &Chart) -> Net {
         match self.may_all_clear() {
             true => chart.net_of_all(&self.never_both(chart)),
@@ -52,7 +53,7 @@ impl Competing {
         }
     }
 
-    /// Whether the conditions of two transitions of a chart are never true together, seen from their text alone.
+    /// Returns a test whether the conditions of two transitions can never be true together, judged by their text alone.
     fn never_both(self, chart: &Chart) -> impl Fn(usize, usize) -> bool {
         let is_steady = self.is_steady && apart::calls_nothing(chart);
         move |one, other| {
@@ -63,7 +64,8 @@ impl Competing {
 }
 
 impl Assembler {
-    /// Says of each of the transitions that take the same step and come first that it leaves the step to this one.
+    /// For transition `number`: the conditions under which the earlier transitions `before`, which leave the same step,
+    /// let it clear.
     pub(crate) fn rivals(
         &mut self,
         competing: Competing,
@@ -84,7 +86,7 @@ impl Assembler {
                 _ if !chart.compete(number, other) => found.push(keeps_out),
                 Some(true) => {}
                 Some(false) => found.push(keeps_out),
-                // Where all clear that are true, the condition is evaluated, although it is false.
+                // Where all true transitions clear, this condition is evaluated although it is false.
                 None if never_both(number, other) => {
                     let evaluated = self.extra_time();
                     found.push(any([keeps_out, evaluated]));

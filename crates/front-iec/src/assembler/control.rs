@@ -1,4 +1,4 @@
-//! The control of actions, as instructions: as the standard draws it, or as others do it (`docs/sfc.md`).
+//! Lowers the control of actions, with the standard's rules and those of controllers that differ (`docs/sfc.md`).
 
 use super::Assembler;
 use super::memory::{ActionMemory, InputMemory, Memory, all, any, set};
@@ -7,53 +7,54 @@ use scanbound_front::builder::always;
 use scanbound_iec::chart::{Feed, Qualifier};
 use scanbound_ir::{BitSource, Cell, Logic, Number, Relation, Step, Write};
 
-/// What the controls of all actions of a chart do alike.
+/// How all action controls of a chart work on this controller.
 pub(crate) struct Whole {
-    /// Whether R lets actions go on that are not stored.
+    /// Whether R ends only stored actions, so that others continue.
     pub(crate) reset_only_stored: Logic,
-    /// Whether the body of an action that ends is not carried out once more.
+    /// Whether controllers skip the final execution of an action's body after the action ends.
     pub(crate) no_final_scan: Logic,
-    /// Whether the initial steps are active in the first scan without being entered.
+    /// Whether initial steps are active in the first scan without counting as entered.
     pub(crate) not_entered: Logic,
-    /// The initial steps.
+    /// The initial steps of the chart, by number.
     pub(crate) initial_steps: Vec<usize>,
 }
 
 impl Whole {
-    /// Whether an initial step is among those of an input.
+    /// Whether one of an input's steps is an initial step.
     fn has_initial(&self, feed: &Feed) -> bool {
         feed.steps.iter().any(|step| self.initial_steps.contains(step))
     }
 }
 
-/// What comes of an action's control.
+/// The result of an action's control.
 #[derive(Clone)]
 pub(crate) struct Output {
-    /// Whether the action is on.
+    /// True where the action is on, pulses included.
     pub(crate) on: Logic,
-    /// Whether its body runs.
+    /// True where its body is executed in this scan: also once more after the action ends, on controllers with a final
+    /// scan.
     pub(crate) runs: Logic,
-    /// Whether a Boolean variable may stay as it is: nothing switches it on or off in this scan.
+    /// True where a Boolean variable may keep its value: nothing switches it on or off in this scan.
     pub(crate) may_stay: Logic,
 }
 
-/// What a Boolean variable is before its action sets it.
+/// The value of a Boolean variable before its action sets it.
 pub(crate) enum Before {
-    /// What lies there.
+    /// The bit in this cell.
     Cell(Cell),
-    /// A bit of a word.
+    /// This bit of a word.
     Bit(Cell, u8),
-    /// It is not followed.
+    /// It is not modelled: any value.
     Any,
 }
 
-/// What an input of an action's control gives.
+/// The result of one input of an action's control.
 struct Given {
-    /// Whether it lets the action be on.
+    /// True where this input turns the action on.
     on: Logic,
-    /// Whether that is stored, so that R ends it.
+    /// Whether this is stored, so that R ends it.
     is_stored: bool,
-    /// Whether it may switch the action off that another block has switched on.
+    /// True where it may switch off an action that another block has switched on.
     off: Logic,
 }
 
@@ -61,19 +62,18 @@ fn now(cell: Cell) -> Logic {
     Logic::cell(cell)
 }
 
-/// Whether one of some steps has just become active.
+/// True where one of these steps became active in this scan.
 fn entered(memory: &Memory, steps: &[usize]) -> Logic {
     any(steps.iter().map(|&at| all([now(memory.steps[at]), now(memory.were[at]).not()])))
 }
 
-/// Whether one of some steps has just ended.
+/// True where one of these steps ended in this scan.
 fn left(memory: &Memory, steps: &[usize]) -> Logic {
     any(steps.iter().map(|&at| all([now(memory.were[at]), now(memory.steps[at]).not()])))
 }
 
 impl Assembler {
-    /// The control of an action: whether it is on, and whether its body runs. `at_once`: of each input, whether its
-    /// time is 0.
+    /// Lowers the control of an action and charges it. `at_once`: for each input, whether its time is 0.
     pub(crate) fn control(
         &mut self,
         memory: &Memory,
@@ -109,12 +109,12 @@ impl Assembler {
         if !limits.is_empty() {
             self.limits_end_all(action, &limits);
         }
-        // Where several blocks that do not store name the action, on some controllers the last one decides. Which of
-        // them that is depends on the order of the steps there: the action may be off if one of them has it off.
+        // If several blocks without storing name the action, on some controllers the last one decides. Which one is
+        // last depends on the order of the steps there, so the action may be off if any of them has it off.
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
         let overruled = match blocks {
             2.. => {
-                let last = self.differs("of several blocks of an action the last has its way");
+                let last = self.differs("of several blocks of an action, the last one decides");
                 let is_off = match last {
                     Logic::Const(false) => Logic::Const(false),
                     _ => self.left_open(),
@@ -145,7 +145,7 @@ impl Assembler {
         Output { on: any([on, pulse]), runs, may_stay }
     }
 
-    /// The inputs with SL of an action that others store as well.
+    /// The inputs with qualifier SL of an action that another input also stores.
     fn shared_limits(action: &ActionMemory) -> impl Iterator<Item = &InputMemory> {
         let stores = action.feeds.iter().filter(|feed| feed.qualifier.is_stored()).count();
         let inputs = action.feeds.iter().zip(&action.inputs);
@@ -154,17 +154,19 @@ impl Assembler {
             .map(|(_, input)| input)
     }
 
-    /// On some controllers an action has one store, which is empty when the time of SL is over, whoever filled it.
-    /// `limits`: whether each time is over, and whether it was in the scan before.
+    /// On controllers where an action has one common store, clears it when the time of an SL input is over, whoever set
+    /// it. `limits`: for each SL input, the cell that says whether its time is over, and whether it was over in the
+    /// previous scan.
     fn limits_end_all(&mut self, action: &ActionMemory, limits: &[(Cell, Logic)]) {
-        let one = self.differs("an action has one store, which ends with the time of SL");
+        let one =
+            self.differs("an action has one common store, which the end of an SL time clears");
         let ends = limits.iter().map(|(over, was)| all([now(*over), was.clone().not()]));
         let ends = self.keep_bit(all([one, any(ends)]));
         let goes_on = |cell: Cell| set(cell, all([now(cell), ends.clone().not()]));
         let mut changes = vec![goes_on(action.stored)];
         for (feed, input) in action.feeds.iter().zip(&action.inputs) {
             match feed.qualifier {
-                // What is over is off, and does not come on again while its step is active.
+                // After its time, the input is off until its step is entered again.
                 Qualifier::Sl => {
                     let over = any([now(input.over), all([now(input.stored), ends.clone()])]);
                     changes.push(set(input.over, over));
@@ -178,7 +180,8 @@ impl Assembler {
         self.write(changes);
     }
 
-    /// What an input of an action's control gives, and what it remembers. `reset`: whether R is on, if there is one.
+    /// Lowers one input of an action's control, and adds the writes of its state to `changes`. `reset`: whether R is
+    /// on; None if the action has no R.
     fn input(
         &mut self,
         (memory, whole): (&Memory, &Whole),
@@ -189,8 +192,8 @@ impl Assembler {
     ) -> Given {
         let steps = &feed.steps;
         let mut active = memory.active(steps);
-        // On controllers that do not enter initial steps in the first scan, what is stored with a time begins where a
-        // step is entered.
+        // On controllers where initial steps do not count as entered in the first scan, SD and SL store when a step is
+        // entered.
         if matches!(feed.qualifier, Qualifier::Sd | Qualifier::Sl) && whole.has_initial(feed) {
             let by_itself = all([active, whole.not_entered.clone().not()]);
             active = any([by_itself, entered(memory, steps)]);
@@ -199,10 +202,10 @@ impl Assembler {
             && whole.has_initial(feed)
             && whole.not_entered != Logic::Const(false)
         {
-            let stored = self.any_bit("whether DS stores the action of an initial step");
+            let stored = self.any_bit("DS may or may not store the action of an initial step");
             active = all([active, any([whole.not_entered.clone().not(), stored])]);
         }
-        // Steps of one input come in together by the standard, each by itself on others.
+        // In the standard, the steps of one input act together; on some controllers, each acts by itself.
         let apart = match steps.len() {
             2.. => self.differs("each step of an action has pulses and times of its own"),
             _ => Logic::Const(false),
@@ -213,8 +216,8 @@ impl Assembler {
             true => self.uncounted_bit(),
             false => Logic::Const(false),
         };
-        // A timer that runs may be over at any moment, and stays so; in the scan in which it begins only if its time is
-        // 0.
+        // A running timer may expire in any scan and stays expired. In the scan in which it starts, it expires only if
+        // its time is 0.
         let over = |runs: Logic, ran: Logic| {
             all([runs, any([at_once.clone(), all([ran, any([now(input.over), free.clone()])])])])
         };
@@ -248,17 +251,17 @@ impl Assembler {
             Qualifier::Sd | Qualifier::Sl => {
                 let enters = entered(memory, steps);
                 let again =
-                    self.differs("a stored time begins anew when its step is entered again");
+                    self.differs("the time of SD or SL restarts when its step is entered again");
                 let again = self.keep_bit(all([enters.clone(), again]));
                 let goes_on = all([now(input.stored), again.not()]);
                 let mut holds = any([now(input.stored), active.clone()]);
                 if let Some(reset) = reset {
                     let other =
-                        self.differs("what is stored with a time is when its step is entered");
+                        self.differs("SD and SL store their action only when a step is entered");
                     let active = all([active, other.not()]);
                     holds = any([now(input.stored), enters.clone(), active]);
                     let outlasts = match feed.qualifier {
-                        Qualifier::Sd => self.differs("a stored delay outlasts R"),
+                        Qualifier::Sd => self.differs("an SD delay continues although R is active"),
                         _ => Logic::Const(false),
                     };
                     let pending = any([all([now(input.stored), now(input.over).not()]), enters]);
@@ -269,7 +272,7 @@ impl Assembler {
                 changes.push(set(input.over, over(holds.clone(), goes_on)));
                 changes.push(set(input.stored, holds));
                 if let Some(reset) = reset {
-                    // What comes while R is on is gone.
+                    // What is stored while R is on is lost.
                     let gone = all([reset.clone(), now(input.over)]);
                     changes.push(set(input.stored, all([now(input.stored), gone.clone().not()])));
                     changes.push(set(input.over, all([now(input.over), gone.not()])));
@@ -280,7 +283,7 @@ impl Assembler {
                 })
             }
             Qualifier::Ds => {
-                let late = self.differs("a delay that is over when its step ends is stored");
+                let late = self.differs("a DS delay that expires when its step ends is stored");
                 let late = all([now(input.was), active.clone().not(), free.clone(), late]);
                 changes.push(set(input.over, over(active, ran)));
                 let holds = any([now(input.stored), now(input.over), late]);
@@ -290,18 +293,18 @@ impl Assembler {
         }
     }
 
-    /// Whether a time that is worked out is 0 or less, that is, a timed input is through at once.
+    /// A bit that may be true only where a computed time is 0 or less, so that a timed input expires at once.
     pub(crate) fn is_no_time(&mut self, time: Number) -> Logic {
         let words = Number::Words(self.words(time, 2));
         let none = signed(Relation::LessOrEqual, words, constant(0, 2));
-        // A time that is 0 may be one below a millisecond, and with a time of 0 controllers differ.
+        // A time of 0 may stand for a time below 1 ms, and controllers differ for a time of exactly 0.
         let short = self.left_open();
         self.keep_bit(all([none, short]))
     }
 
-    /// The value that a Boolean variable takes from its action: on some controllers one that nothing switches leaves it
-    /// as it is. Also the instruction that says so, and the variable, where that makes no difference if nothing else
-    /// writes it.
+    /// The value that a Boolean variable gets from its action. On some controllers it keeps its value if nothing
+    /// switches the action. For a variable with a cell, also returns that cell and the instruction that allows this;
+    /// the allowance is void if only its actions write the variable.
     pub(crate) fn held(
         &mut self,
         before: &Before,
@@ -309,7 +312,7 @@ impl Assembler {
         may_stay: Logic,
     ) -> (Logic, Option<(usize, Cell)>) {
         let other =
-            self.differs("a Boolean variable stays as it is where nothing switches its action");
+            self.differs("a Boolean variable keeps its value if nothing switches its action");
         let stays = all([may_stay, other]);
         let value = |stays: Logic, before: Logic| {
             any([all([on.clone(), stays.clone().not()]), all([stays, before])])
@@ -323,8 +326,7 @@ impl Assembler {
                 (value(stays, Logic::Bit(BitSource::WordBit(cell, bit))), None)
             }
             Before::Any => {
-                let before =
-                    self.any_bit("an element of an array that an action may leave as it is");
+                let before = self.any_bit("an array element that an action may leave unchanged");
                 (value(stays, before), None)
             }
         }

@@ -1,4 +1,4 @@
-//! Conversions of numbers.
+//! Lowers conversions between types.
 
 use super::Assembler;
 use super::mixed::below_zero;
@@ -8,18 +8,18 @@ use super::value::{Value, constant, signed, unsigned, wrapped};
 use scanbound_ir::meaning::{Operation, OperationInput as Input};
 use scanbound_ir::{BitSource, Logic, Number, Relation, WordSource};
 
-/// What some controllers do, by the third edition of the standard.
-const LAST_BIT: &str = "a number becomes TRUE by its last bit alone";
-/// What some controllers do, by the third edition of the standard.
+/// Text of a reading: how some controllers convert, by the third edition of the standard.
+const LAST_BIT: &str = "a number is converted to BOOL by its last bit alone";
+/// Text of a reading: how some controllers convert, by the third edition of the standard.
 const SAME_BITS: &str = "REAL and bit strings are converted bit by bit";
-/// What some controllers do, by the third edition of the standard.
-const NO_SIGN: &str = "bits above a number that becomes a longer bit string are 0";
+/// Text of a reading: how some controllers convert, by the third edition of the standard.
+const NO_SIGN: &str = "a number that is converted to a longer bit string is filled up with 0 bits";
 
-/// A type that a conversion names, and whether it is a string of bits.
+/// A type in the name of a conversion, with whether it is a bit string (BYTE, WORD and the like).
 type Named = (bool, Ty);
 
 impl Assembler {
-    /// A number of one kind as one of another.
+    /// Converts a number from one kind to another and charges it. Any value where a TIME is at the edge of its range.
     pub(crate) fn converted(&mut self, number: Number, from: Kind, to: Kind) -> Number {
         self.charge_conversion(from, to);
         if from == to || !may_be_edge(from, &number) {
@@ -53,12 +53,12 @@ impl Assembler {
                 if !from.is_signed() {
                     return wide;
                 }
-                // The sign goes into the words above.
+                // Sign extension into the upper words.
                 let sign = || Box::new(constant(1 << (16 * have - 1), want));
                 let flipped = Number::Xor(Box::new(wide), sign());
                 Number::Sub(Box::new(flipped), sign())
             }
-            // As its operation takes all numbers to have a sign, others need a bit more.
+            // The operation takes its input as signed, so an unsigned number needs a longer type.
             (from @ Kind::Whole { bits: 16, signed: false }, Kind::Real) => {
                 let longer = self.converted_for_nothing(number, from, DINT);
                 self.converted_for_nothing(longer, DINT, to)
@@ -78,7 +78,7 @@ impl Assembler {
                 let operation = Operation::FromReal(size);
                 let found =
                     self.worked_out(words, Some((operation, vec![Input::Number(number)], words)));
-                // Beyond what the type holds, the result hangs on the processor.
+                // Beyond the range of the type, the result depends on the processor.
                 let found = self.copied(found, words);
                 let is = |relation, value| {
                     signed(relation, Number::Words(found.clone()), constant(value, words))
@@ -97,11 +97,11 @@ impl Assembler {
                 wrapped(to, Number::Words(found))
             }
             _ => self
-                .any_number(to, "a conversion that is not followed: the result may be any number"),
+                .any_number(to, "a conversion that is not modelled: the result may be any number"),
         }
     }
 
-    /// A value as one of a type, by a function that names it, and maybe the type from which it comes.
+    /// Lowers a conversion function, such as `INT_TO_REAL` or `TO_REAL`. `from` is the source type if the name has one.
     pub(crate) fn named_conversion(
         &mut self,
         value: Value,
@@ -122,7 +122,7 @@ impl Assembler {
                 let either = Logic::All(vec![any, self.differs(LAST_BIT).not()]);
                 Value::Bit(Logic::Any(vec![last, either]))
             }
-            // Of a fraction, some take the whole number or the last bit.
+            // Of a fraction, some controllers test the integer part or its last bit.
             (_, Ty::Bit, Value::Bit(any)) => Value::Bit(self.open_bit(any.clone(), any)),
             (
                 Kind::Whole { bits, signed: true },
@@ -155,13 +155,13 @@ impl Assembler {
         }
     }
 
-    /// What a conversion is given, as one of the type from which it converts.
+    /// The argument of a conversion, as a value of its source type `from` if that is named.
     fn as_named(&mut self, value: Value, from: Option<&Ty>, to: &Ty) -> Value {
         match (value, from, to) {
             (value @ Value::Constant(_), Some(Ty::Number(kind)), _) => {
                 Value::Number(*kind, self.as_number(value, *kind))
             }
-            // It is not told how many bits it has.
+            // Its size in bits is not known.
             (Value::Constant(..0), None, Ty::Number(kind @ Kind::Whole { signed: false, .. })) => {
                 let why = "a negative number that becomes a bit string may have any number of bits";
                 Value::Number(*kind, self.any_number(*kind, why))
@@ -208,7 +208,7 @@ impl Assembler {
         }
     }
 
-    /// A value as one of a type, as it becomes one by itself.
+    /// Converts a value to a type as an implicit conversion does.
     pub(crate) fn conversion(&mut self, value: Value, to: &Ty) -> Value {
         match (to, value) {
             (Ty::Bit, Value::Bit(logic)) => Value::Bit(logic),
@@ -218,12 +218,12 @@ impl Assembler {
             (Ty::Bit, Value::Constant(value)) => Value::Bit(Logic::Const(value != 0)),
             (Ty::Number(kind), Value::Any) => {
                 self.charge_any_conversion(*kind);
-                let why = "a conversion that is not followed: the result may be any number";
+                let why = "a conversion that is not modelled: the result may be any number";
                 Value::Number(*kind, self.any_number(*kind, why))
             }
             (Ty::Number(kind), value) => Value::Number(*kind, self.as_number(value, *kind)),
             (Ty::Bit, Value::Any) => Value::Bit(
-                self.any_bit("a conversion that is not followed: it may be true or false"),
+                self.any_bit("a conversion that is not modelled: the result may be true or false"),
             ),
             _ => Value::Any,
         }

@@ -1,22 +1,25 @@
-//! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
+//! Records which instructions belong to which statement, for the statement count (`docs/sfc.md` says what counts as one
+//! statement).
 
 use super::Assembler;
 use super::tally::Current;
 use scanbound_base::location::Location;
 
-/// A statement that is put together.
+/// How a statement that is being lowered is counted.
 pub(crate) enum Counted {
-    /// It counts: its place among the ranges.
+    /// It counts as a statement: its index among the instruction ranges, and whether it also covers the statements
+    /// inside it.
     Begun { at: usize, covers: bool },
-    /// It only keeps a value for the next one.
+    /// It only keeps a value for the next statement.
     Kept,
-    /// It is a part of another.
+    /// It is part of another statement.
     Part,
 }
 
 impl Assembler {
-    /// What is put together from here on is the body of this number; gives what to go back to. `keeps`: whether it is
-    /// drawn or a list, so that values are kept between statements.
+    /// Starts a body: the statements lowered from here on belong to the body with this index (None: they are not
+    /// counted). `keeps`: whether the body is a diagram or an instruction list, so that values are kept between its
+    /// statements. Returns the state to pass to [`Assembler::leave`].
     pub(crate) fn enter_body(&mut self, known: Option<usize>, keeps: bool) -> Option<Current> {
         let current = known.map(|known| {
             self.program().statements.bodies[known].is_called = true;
@@ -25,21 +28,21 @@ impl Assembler {
         std::mem::replace(&mut self.tally.current, current)
     }
 
-    /// What is put together from here on is not counted; gives what to go back to.
+    /// Stops counting. Returns the state to pass to [`Assembler::leave`].
     pub(crate) fn leave_out(&mut self) -> Option<Current> {
         self.tally.current.take()
     }
 
-    /// Goes back to the body around.
+    /// Ends a body and returns to the one around it.
     pub(crate) fn leave(&mut self, before: Option<Current>) {
-        // A value that nothing takes is a statement of its own.
+        // A kept value that no statement uses counts as a statement.
         if let Some((from, line)) = self.tally.current.and_then(|current| current.kept_from) {
             self.counted_part(from, line, "", 1);
         }
         self.tally.current = before;
     }
 
-    /// The statement ends here.
+    /// Ends a statement: it consists of the instructions added since it began.
     pub(crate) fn end_statement(&mut self, counted: Counted) {
         let Counted::Begun { at, covers } = counted else { return };
         let end = self.builder.next();
@@ -49,7 +52,8 @@ impl Assembler {
         }
     }
 
-    /// What was put together since then is a part of a chart that stands for so many statements.
+    /// Counts the instructions from `from` on as a part of a chart (such as a transition) that stands for `count`
+    /// statements. Nothing if no body is being counted.
     pub(crate) fn counted_part(&mut self, from: usize, line: u32, text: &str, count: usize) {
         if self.tally.current.is_none() || count == 0 {
             return;
@@ -59,7 +63,8 @@ impl Assembler {
         self.program().statements.ranges[at].0.end = end;
     }
 
-    /// The next statement of the body, from this instruction on; its place among the ranges.
+    /// Begins the next statement of the current body at instruction `from`. Returns its index among the instruction
+    /// ranges.
     pub(crate) fn range(&mut self, from: usize, line: u32, text: &str, count: u32) -> usize {
         let file = u32::try_from(self.file).unwrap_or(u32::MAX);
         let (mut body, mut number) = (0, 0);

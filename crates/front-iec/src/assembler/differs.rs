@@ -1,4 +1,5 @@
-//! What controllers do differently: the upper bound takes either way at each place, a real run one way throughout.
+//! Readings: points on which controllers differ. The upper bound allows both ways at each place; a real run follows one
+//! way throughout.
 
 use super::{Assembler, OpenEnd};
 use scanbound_ir::meaning::ChoiceKind;
@@ -7,11 +8,13 @@ use scanbound_ir::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What writes a cell: an instruction, and the constant word that it writes there, if it is one.
+/// A writer of a cell: the instruction, and the word that it writes there if this is constant.
 type Writer = (usize, Option<u16>);
 
 impl Assembler {
-    /// Whether the controller does something another way than the standard has it: it may, or not. `what` names it.
+    /// A bit that is true if the controller deviates from the standard in the way that `what` describes. It is constant
+    /// if the user states this, else free: the bound allows both values at each place, and a real run uses one value
+    /// throughout.
     pub(crate) fn differs(&mut self, what: &'static str) -> Logic {
         if let Some((is_met, holds)) = self.stated_readings.get_mut(what) {
             *is_met = true;
@@ -28,15 +31,15 @@ impl Assembler {
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
     }
 
-    /// A bit that is true unless [`Assembler::settle`] finds that what it is asked for makes no difference; the
-    /// instruction that writes it.
+    /// Copies `value` to a bit that [`Assembler::settle`] may later replace by a constant, where it finds that the
+    /// question makes no difference. Also returns the instruction that writes the bit.
     pub(crate) fn unless_settled(&mut self, value: Logic) -> (Logic, usize) {
         let cell = self.bit_between();
         let at = self.write(vec![Write::Bit(BitTarget::Cell(cell), value)]);
         (Logic::cell(cell), at)
     }
 
-    /// Settles what hangs on the whole program, when all of it is put together. `own`: what begins anew with every
+    /// Resolves all deferred decisions when the whole program is lowered. `own`: memory that is initialised at every
     /// call.
     pub(crate) fn settle(&mut self, own: &RegionSet) {
         let open = std::mem::take(&mut self.open_ends);
@@ -51,7 +54,7 @@ impl Assembler {
         let writers = self.writers(&asked);
         let none = Vec::new();
         let of = |cell: Cell| writers.get(&cell).unwrap_or(&none);
-        // A time is not below 0.
+        // A time is never negative.
         let sign = |cell: &Cell| Logic::Bit(BitSource::WordBit(cell.plus(1), 15)).not();
         let signs: Vec<Logic> = self.times_read.iter().map(sign).collect();
         self.program().invariants.extend(signs);
@@ -86,7 +89,7 @@ impl Assembler {
         }
     }
 
-    /// Lets the bit that an instruction writes be this one.
+    /// Makes an instruction write this constant to its bit.
     pub(crate) fn set_to(&mut self, at: usize, bit: bool) {
         for effect in &mut self.program().instructions[at].effects {
             if let Write::Bit(_, value) = &mut effect.write {

@@ -1,4 +1,4 @@
-//! What of a chart's memory holds whenever a scan starts: nobody but the chart writes it.
+//! Invariants of a chart's state: they hold whenever a scan starts, because only the chart writes its state.
 
 use super::memory::{ActionMemory, Memory, all, any};
 use scanbound_iec::chart::coactive::{
@@ -9,13 +9,13 @@ use scanbound_ir::{Cell, Logic};
 use scanbound_nets::reach::reach;
 use scanbound_nets::{Bits, Net};
 
-/// How many markings are looked at for what excludes all stored actions of a chart together.
+/// The most markings that are examined, for all stored actions of a chart together, to find which steps exclude them.
 const STORED_BUDGET: usize = 1_000_000;
 
-/// More markings than this are told by what excludes what, not one by one.
+/// Up to this many markings are listed in one invariant; beyond, only exclusions are stated.
 const MARKINGS: usize = 64;
 
-/// Of so many steps each pair is told by itself.
+/// Up to this many steps, each exclusive pair gets an invariant of its own.
 const PAIRWISE: usize = 40;
 
 fn on(cell: Cell) -> Logic {
@@ -26,12 +26,12 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
     all(parts).not()
 }
 
-/// What every scan keeps. `always_acts`: whether the control of actions is worked out in every scan in which the chart
-/// is carried out, behind the evolution. `net`: how its steps follow each other on every controller that it may run on.
+/// The invariants of a chart. `always_acts`: whether every scan that executes the chart also executes the control of
+/// its actions, after the transitions. `net`: how its steps follow each other on every controller on which it may run.
 pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
-    // Before it begins nothing is remembered.
+    // Before the chart begins, its state is clear.
     let controls = memory.actions.iter().flat_map(|action| {
         let inputs = action.inputs.iter().flat_map(|input| [input.was, input.stored, input.over]);
         inputs.chain([action.on, action.stored])
@@ -46,7 +46,7 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
             let steps: Vec<Cell> = clique.into_iter().map(|step| memory.steps[step]).collect();
             at_most_one(&steps, &mut found);
         }
-        // Where there are too many markings without stored actions, there are with them.
+        // If there are too many markings without stored actions, there are too many with them.
         let budget = match analysis.basis {
             Basis::Markings(_) => BUDGET.min(STORED_BUDGET / memory.actions.len().max(1)),
             Basis::Invariants(_) | Basis::Open(_) | Basis::Unsafe(_) => 0,
@@ -59,7 +59,7 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
             }
             for step in apart_while_stored(chart, net, name, budget) {
                 let inputs = action.feeds.iter().zip(&action.inputs);
-                // A delay may outlast R.
+                // A delay stored by SD may continue while R is on.
                 let outlasts = |kind| kind == Qualifier::Sd && action.has_reset();
                 let inputs = inputs
                     .filter(|(feed, _)| feed.qualifier.is_stored() && !outlasts(feed.qualifier));
@@ -78,12 +78,12 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
     found
 }
 
-/// Sets of which no two are together, so that each pair that is apart is in one of them. `together`: for each member,
-/// those that it can be together with.
+/// Sets of mutually exclusive members, which together cover every exclusive pair. `together`: for each member, those
+/// that can be active together with it.
 fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {
     let count = together.len();
     let mut found = Vec::new();
-    // For each member, those that are in a set with it, or come before it.
+    // For each member, those that share a set with it already.
     let mut covered = vec![Bits::new(count); count];
     let mut behind = Bits::of(count, &(0..count).collect::<Vec<_>>());
     for one in 0..count {
@@ -111,8 +111,8 @@ fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {
     found
 }
 
-/// That no two of some steps are active. Of many, that no two halves have one: a clause for each pair would be a
-/// million for 1,500 steps.
+/// Adds that no two of these steps are active. For many steps, the two halves exclude each other, recursively: a clause
+/// for each pair would be a million clauses for 1,500 steps.
 fn at_most_one(steps: &[Cell], found: &mut Vec<Logic>) {
     if steps.len() <= PAIRWISE {
         let pairs = steps.iter().enumerate().flat_map(|(at, &one)| {
@@ -132,7 +132,7 @@ fn same(one: Logic, other: Logic, idle: &dyn Fn() -> Logic) -> [Logic; 2] {
     [any([idle(), one.clone().not(), other.clone()]), any([idle(), one, other.not()])]
 }
 
-/// The markings one by one, where they are few and all known.
+/// The reachable markings, listed in one invariant. None if they are too many or not all known.
 fn markings(net: &Net, memory: &Memory, basis: &Basis) -> Option<Logic> {
     let Basis::Markings(count) = *basis else { return None };
     if count > MARKINGS {
@@ -149,7 +149,7 @@ fn markings(net: &Net, memory: &Memory, basis: &Basis) -> Option<Logic> {
     Some(any([on(memory.started).not()].into_iter().chain(all_of_them)))
 }
 
-/// How what an action's control remembers hangs together.
+/// The invariants between the state bits of an action's control.
 fn controlled(memory: &Memory, action: &ActionMemory, always_acts: bool) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
@@ -197,8 +197,8 @@ fn controlled(memory: &Memory, action: &ActionMemory, always_acts: bool) -> Vec<
         }
     }
     if always_acts {
-        // Whether it was on follows from what lasts, but for pulses, for blocks that overrule each other, and where R
-        // holds off only what is stored.
+        // Whether the action was on follows from its lasting inputs, except for pulses, for blocks that overrule each
+        // other, and where R ends only stored actions.
         let free = || action.active(memory, Qualifier::R).not();
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
         let alone = Logic::Const(blocks < 2);

@@ -1,4 +1,4 @@
-//! Loops, and how often they go round.
+//! Builds loops with a known number of iterations.
 
 use super::Assembler;
 use super::value::{Value, constant};
@@ -8,10 +8,10 @@ use scanbound_iec::fault::Fault;
 use scanbound_ir::{Logic, Number, Step, WordSource, WordTarget, Write};
 use std::collections::BTreeMap;
 
-/// The most turns that are followed.
+/// The largest iteration count that is modelled.
 pub(crate) const MOST: i64 = i16::MAX as i64;
 
-/// How often a loop goes round.
+/// The number of iterations of a loop: the word that holds it, and its limits.
 pub(crate) struct Turns {
     pub(crate) count: WordSource,
     pub(crate) least: u32,
@@ -26,20 +26,20 @@ impl Turns {
 }
 
 impl Assembler {
-    /// A loop of which nothing is known is taken to go round any number of times: what is found then is no bound.
+    /// The iterations of a loop with no known count: any number from `fewest` on. The result is then not a bound.
     pub(crate) fn any_turns(&mut self, fewest: u32, line: u32) -> Turns {
         let cell = self.words_between(1);
         let choice = self.builder.choice();
         let any = Number::Words(vec![WordSource::Free(choice)]);
         self.write(vec![Write::Words(vec![WordTarget::Cell(cell)], any)]);
-        let name = format!("the turns of the loop in line {line}");
+        let name = format!("the iterations of the loop in line {line}");
         self.program().names.insert(cell, name);
         let most = i16::MAX.cast_unsigned().into();
         Turns { count: WordSource::Cell(cell), least: fewest, most }
     }
 
-    /// Where a condition holds, nothing is known that ends the loop that begins: its variable begins anew at the other
-    /// end of its type and may yet come to a value that does, or it goes round more often than is followed.
+    /// Marks the loop that begins here as unbounded where `condition` is true: its variable wraps around before the
+    /// loop ends, or it runs more iterations than are modelled.
     pub(crate) fn without_end(&mut self, condition: Logic) {
         let skip = self.jump(condition.not(), None);
         let here = self.builder.next();
@@ -67,7 +67,7 @@ impl Assembler {
         self.leave_loop(out);
     }
 
-    /// Jumps out of a loop lead to here.
+    /// Sets the target of the jumps out of a loop to the next instruction.
     pub(crate) fn leave_loop(&mut self, out: Vec<usize>) {
         for jump in out {
             self.land(jump);
@@ -75,7 +75,8 @@ impl Assembler {
         self.landing();
     }
 
-    /// Leaves out scans in which a loop would go round once more than is stated.
+    /// Excludes scans in which a loop would run more iterations than the user states. `goes_on`: whether it would
+    /// continue after the stated number.
     pub(crate) fn ends_here(&mut self, goes_on: Logic) {
         let cell = self.words_between(1);
         let write = |value| Write::Words(vec![WordTarget::Cell(cell)], constant(value, 1));
@@ -89,7 +90,7 @@ impl Assembler {
             *own = end;
         }
         program.stated_counts.insert(begin, (0, 0));
-        program.names.insert(cell, "a turn more than is stated".to_owned());
+        program.names.insert(cell, "one iteration more than is stated".to_owned());
     }
 
     pub(crate) fn holds(
@@ -101,12 +102,14 @@ impl Assembler {
     ) -> Result<Logic, Fault> {
         match self.combined(operator, left, right, line)? {
             Value::Bit(logic) => Ok(logic),
-            _ => Err(Fault::new(line, "the loop's count is not followed").code(Code::LoopCount)),
+            _ => Err(Fault::new(line, "the iteration count of the loop is not modelled")
+                .code(Code::LoopCount)),
         }
     }
 }
 
-/// The most turns that are stated of the loop in a line of a file that has these names.
+/// The largest iteration count that the user states for the loop in a line of a file with these names. None if nothing
+/// is stated. A fault if the stated minimum is above `fewest`, or the maximum is out of range.
 pub(crate) fn most_stated(
     all: &BTreeMap<String, (i64, i64)>,
     names: [&str; 2],
@@ -128,27 +131,28 @@ pub(crate) fn most_stated(
     let most = most.filter(|&most| u32::from(most) >= fewest && low <= fewest.into());
     most.map(Some).ok_or_else(|| {
         let told = format!(
-            "of the loop at {place} only the most turns can be stated, from {fewest} to {MOST}"
+            "for the loop at {place}, only the largest iteration count can be stated, from {fewest} to {MOST}"
         );
         let help = format!("write [counts] \"{place}\" = [{fewest}, 10]");
         Fault::new(line, told).code(Code::Fact).help(help)
     })
 }
 
-/// The fault of a loop of which it is not known how often it goes round.
+/// The fault of a loop whose iteration count is not known.
 pub(crate) fn not_known(file: &str, fewest: u8, line: u32) -> Fault {
-    let help = "let it go on while a variable is below an end (WHILE i < 10 DO), which one statement of the loop moves \
-                by a constant (i := i + 1), or write it as FOR with EXIT";
+    let help = "compare a variable with an end (WHILE i < 10 DO), and let one statement of the loop move it by a \
+                constant (i := i + 1), or write the loop as FOR with EXIT";
     let place = scanbound_base::facts::key(&format!("{file}:{line}"));
     let help = format!(
-        "{help}; or state in a facts file (--facts) how often it goes round at most: [counts] {place} = [{fewest}, 10]"
+        "{help}; or state its largest iteration count in a facts file (--facts): [counts] {place} = [{fewest}, 10]"
     );
-    Fault::new(line, "how often WHILE or REPEAT goes round is not known")
+    Fault::new(line, "the iteration count of WHILE or REPEAT is not known")
         .code(Code::LoopCount)
         .help(help)
 }
 
-/// How two operands are to each other while a loop goes on, and the other way round.
+/// The relation between the operands of a comparison while a loop continues, and the same with the operands exchanged.
+/// `while_true`: whether the loop continues while the comparison is true. None if the operator is not a comparison.
 pub(crate) fn goes_on(operator: Operator, while_true: bool) -> Option<(Operator, Operator)> {
     use Operator::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
     let other = match operator {
@@ -172,7 +176,7 @@ pub(crate) fn goes_on(operator: Operator, while_true: bool) -> Option<(Operator,
     Some((goes_on(operator), goes_on(other)))
 }
 
-/// What a whole number of a type can be.
+/// The least and the largest value of an integer type.
 pub(crate) fn whole_range(bits: u8, signed: bool) -> (i64, i64) {
     match signed {
         true => (-(1 << (bits - 1)), (1 << (bits - 1)) - 1),

@@ -1,43 +1,45 @@
-//! What a chart remembers from scan to scan, as cells.
+//! The cells in which a chart keeps its state from scan to scan.
 
 use scanbound_iec::chart::{Chart, Feed, Qualifier};
 use scanbound_ir::{BitTarget, Cell, Logic, Tag, Type, Write};
 use std::sync::Arc;
 
-/// The bit that says that a chart has begun.
+/// Name of the bit that is true once the chart was executed.
 const STARTED: &str = "chart started";
 
-/// What a chart remembers, as cells.
+/// The cells of a chart's state. Steps, transitions and actions are in the order of the chart.
 pub(crate) struct Memory {
     pub(crate) tag: Tag,
     pub(crate) started: Cell,
     pub(crate) steps: Vec<Cell>,
     pub(crate) were: Vec<Cell>,
-    /// How long steps are active, and behind them macro steps.
+    /// The times of all steps, then of all macro steps.
     pub(crate) times: Vec<StepTime>,
     pub(crate) clears: Vec<Cell>,
     pub(crate) actions: Vec<ActionMemory>,
 }
 
-/// How long a step is active, or a macro step, of which steps stand in the place.
+/// The time of a step or macro step: its cell, the steps that make it active, and whether one of them is an initial
+/// step.
 pub(crate) struct StepTime {
-    /// The first of two words.
+    /// The first of the two words that hold the time.
     pub(crate) cell: Cell,
     pub(crate) steps: Vec<usize>,
     pub(crate) initial: bool,
 }
 
-/// What is remembered of an action.
+/// The state of an action's control.
 pub(crate) struct ActionMemory {
     pub(crate) feeds: Vec<Feed>,
-    /// Whether it was on in the scan before.
+    /// The bit that says whether the action was on in the previous scan.
     pub(crate) on: Cell,
-    /// Stored by S.
+    /// The bit that says whether qualifier S has stored the action.
     pub(crate) stored: Cell,
     pub(crate) inputs: Vec<InputMemory>,
 }
 
-/// What is remembered of an input of an action's control.
+/// The state bits of one input of an action's control: whether it was active in the previous scan, whether it is
+/// stored, and whether its time is over.
 #[derive(Clone, Copy)]
 pub(crate) struct InputMemory {
     pub(crate) was: Cell,
@@ -53,7 +55,7 @@ fn bits(names: &[&str]) -> Type {
     parts(names.iter().map(|name| ((*name).to_owned(), Type::Bit)))
 }
 
-/// How the memory of a chart is laid out: whether it has begun, steps, macro steps, transitions, actions.
+/// The layout of a chart's state: the started bit, steps, macro steps, transitions, then actions.
 pub(crate) fn layout(chart: &Chart) -> Type {
     let mut all = vec![(STARTED.to_owned(), Type::Bit)];
     let time = || ("T".to_owned(), Type::Words(2));
@@ -76,7 +78,7 @@ pub(crate) fn layout(chart: &Chart) -> Type {
     parts(all)
 }
 
-/// The cells of what is laid out so.
+/// The cells of a chart's state in a tag that has the layout of [`layout`]. None if the tag is too small.
 pub(crate) fn memory(chart: &Chart, tag: &Tag) -> Option<Memory> {
     let mut numbers = 0..;
     let mut next = || tag.part_at(numbers.next()?);
@@ -133,19 +135,19 @@ pub(crate) fn set(cell: Cell, value: Logic) -> Write {
 }
 
 impl Memory {
-    /// Whether one of the steps is active.
+    /// True where at least one of these steps is active.
     pub(crate) fn active(&self, steps: &[usize]) -> Logic {
         any(steps.iter().map(|&step| Logic::cell(self.steps[step])))
     }
 }
 
 impl ActionMemory {
-    /// Whether R ends it anywhere.
+    /// Whether any input of the action has qualifier R.
     pub(crate) fn has_reset(&self) -> bool {
         self.feeds.iter().any(|feed| feed.qualifier == Qualifier::R)
     }
 
-    /// Whether one of the steps of a qualifier is active.
+    /// True where a step that drives this action with the given qualifier is active.
     pub(crate) fn active(&self, memory: &Memory, qualifier: Qualifier) -> Logic {
         let own = self.feeds.iter().filter(|feed| feed.qualifier == qualifier);
         any(own.map(|feed| memory.active(&feed.steps)))

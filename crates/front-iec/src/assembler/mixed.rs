@@ -1,6 +1,6 @@
-//! Numbers with a sign together with those without, of the same size or a longer one. The standard has no such
-//! operations, and compilers that have take them as mathematical numbers or by their bits, with a sign or without: the
-//! result is the same where all of them are below the half of what the bits hold.
+//! Operators on a signed and an unsigned integer of the same size, or a longer unsigned one. The standard has no such
+//! operations. Compilers that allow them compute mathematically, or on the bits as signed or unsigned numbers. The
+//! results agree if all operands and results are below half of the unsigned range; elsewhere they may be any value.
 
 use super::Assembler;
 use super::open::opened;
@@ -10,7 +10,8 @@ use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::{Logic, Number, Relation};
 
-/// The kind in which the bits of two such numbers meet. One with a sign that is the longer one holds both as they are.
+/// The kind in which a compiler combines a signed and an unsigned integer. None if they can be combined without a
+/// difference: both have the same signedness, or the signed one is longer and holds both.
 pub(crate) fn mixed(one: Kind, two: Kind) -> Option<Kind> {
     let (Kind::Whole { bits, signed }, Kind::Whole { bits: other, signed: also }) = (one, two)
     else {
@@ -21,7 +22,8 @@ pub(crate) fn mixed(one: Kind, two: Kind) -> Option<Kind> {
     crosses.then_some(Kind::Whole { bits: without, signed: true })
 }
 
-/// Two values, of which a constant that the other one's type holds only without its sign, or with one, has that type.
+/// Gives a constant beside a number the kind of the same size but opposite signedness, if only that one holds it. Other
+/// values are unchanged.
 pub(crate) fn typed(one: Value, two: Value) -> (Value, Value) {
     let turned = |kind: Kind, value: i64| match kind {
         Kind::Whole { bits: bits @ ..64, signed } => {
@@ -44,13 +46,13 @@ pub(crate) fn typed(one: Value, two: Value) -> (Value, Value) {
     }
 }
 
-/// Where a number is below 0, its bits being read with a sign.
+/// True where a number, read as signed, is negative.
 pub(crate) fn below_zero(kind: Kind, number: &Number) -> Logic {
     signed(Relation::Less, number.clone(), constant(0, kind.words()))
 }
 
 impl Assembler {
-    /// What an operator makes of such numbers, which have the kind in which they meet.
+    /// Lowers an operator on a signed and an unsigned number, which are converted to their common `kind` already.
     pub(crate) fn mixed_numbers(
         &mut self,
         operator: Operator,
@@ -65,7 +67,7 @@ impl Assembler {
         if let Some(relation) = relation {
             let differ = match relation {
                 Relation::Equal | Relation::NotEqual => {
-                    // Only the bits may be the same, and then both have the highest one.
+                    // Equal bits stand for different numbers only if both have the top bit set.
                     let same = unsigned(Relation::Equal, left.clone(), right.clone());
                     Logic::All([signs, vec![same]].concat())
                 }

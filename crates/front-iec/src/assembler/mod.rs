@@ -1,5 +1,5 @@
-//! What both ways of lowering share: instructions, choices, values between instructions and what is resolved behind the
-//! last instruction. It knows neither names nor variables.
+//! Builds the instructions of a program: choices, temporary values, charges, and the deferred decisions that are
+//! resolved when all instructions are known. This module knows neither names nor variables of the source.
 
 pub(crate) mod arithmetic;
 pub(crate) mod block;
@@ -40,53 +40,56 @@ use tally::Tally;
 use types::Kind;
 use value::{sources, targets};
 
-/// The areas of variables, of what charts remember, and of values between.
+/// The bit area and the word area of variables.
 pub(crate) const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
+/// The bit area and the word area of the state of charts.
 pub(crate) const HIDDEN: [AreaId; 2] = [AreaId(2), AreaId(3)];
+/// The bit area and the word area of temporary values.
 pub(crate) const BETWEEN: [AreaId; 2] = [AreaId(4), AreaId(5)];
 
-/// What is carried out in one of several rounds.
+/// An action that is lowered once for each possible order of execution (round) of its chart.
 pub(crate) struct Turn {
-    /// For each round, the instruction that says whether it is carried out in it.
+    /// For each round, the instruction that writes the bit which selects this round.
     pub(crate) says: Vec<usize>,
-    /// For each round, the instructions that carry it out.
+    /// For each round, the instructions of this copy of the action.
     pub(crate) copies: Vec<std::ops::Range<usize>>,
 }
 
-/// Something that makes no difference if the rest of the program is as it mostly is.
+/// A decision that is deferred until the whole program is lowered, because it depends on the rest of the program.
 pub(crate) enum OpenEnd {
-    /// The instruction writes a bit that is false if a timer's preset, these two words, never changes.
+    /// Instruction `at` writes a bit. The bit is false if nothing changes the timer preset (two words from `preset`).
     Preset { at: usize, preset: Cell },
-    /// The instruction writes a bit that is false if nothing but these instructions writes a variable.
+    /// Instruction `at` writes a bit. The bit is false if only the instructions `own` write the variable at `cell`.
     Variable { at: usize, cell: Cell, own: Vec<usize> },
-    /// In which of several orders these have their turns, if none of them writes what another one reads or writes.
+    /// In which of several orders these actions run. Any order gives the same result for an action that shares no
+    /// written cell with the others.
     Turns(Vec<Turn>),
-    /// These instructions tell how long a step is active, which need not be told if nobody asks for it.
+    /// Instructions `own` keep the elapsed time of a step in `cell`. They are dropped if nothing reads it.
     StepTime { cell: Cell, own: Vec<usize> },
 }
 
-/// Instructions while they are put together.
+/// The program under construction, with the state that building it needs.
 pub(crate) struct Assembler {
     pub(crate) builder: Builder,
-    /// The file of the code that is lowered.
+    /// Index of the source file that is being lowered.
     pub(crate) file: usize,
-    /// Faults and their files.
+    /// Faults found so far, each with its file index.
     pub(crate) faults: Vec<(usize, Fault)>,
-    /// Those of `faults` that lowering has found, to take note of each once.
+    /// The faults that [`Assembler::fault`] has added, so that each is added once.
     noted_faults: HashSet<(usize, Fault)>,
     pub(crate) tally: Tally,
-    /// What the user states of the controller: whether it was asked for, and whether it does something in another way
-    /// than the standard has it.
+    /// Statements of the user about the controller, by their text: whether this project depends on it (set during
+    /// lowering), and whether the user states it as true.
     pub(crate) stated_readings: BTreeMap<String, (bool, bool)>,
     pub(crate) open_ends: Vec<OpenEnd>,
-    /// The presets of timers that are called without one.
+    /// The PT cells of standard blocks called without a PT input: their preset keeps its value.
     pub(crate) presets_left: BTreeSet<Cell>,
-    /// The times of steps that are asked for.
+    /// Cells of step times (`STEP.T`) that the program reads.
     pub(crate) times_read: BTreeSet<Cell>,
-    /// What counters stand at, and where they are through, as far as it is asked for.
+    /// Cells of the values (CV) and presets (PV) of counters, as far as the program reads them.
     pub(crate) counts: BTreeSet<Cell>,
     between: [u32; 2],
-    /// Whether the controller stops at a division by zero and the like.
+    /// Whether the controller stops at an arithmetic error such as division by zero.
     pub(crate) stops_on_error: bool,
 }
 
@@ -108,7 +111,7 @@ impl Assembler {
         }
     }
 
-    /// Takes note of a fault in the code that is lowered.
+    /// Records a fault in the current file. An equal one in the same file is recorded once.
     pub(crate) fn fault(&mut self, fault: Fault) {
         let fault = (self.file, fault);
         if self.noted_faults.insert(fault.clone()) {
@@ -116,7 +119,8 @@ impl Assembler {
         }
     }
 
-    /// What is done for something that is charged as a whole.
+    /// Runs `work` and removes the charges of the instructions that it adds, because the caller charges the whole
+    /// itself.
     pub(crate) fn charged_already<T>(&mut self, work: impl FnOnce(&mut Assembler) -> T) -> T {
         let from = self.builder.next();
         let found = work(self);
@@ -124,7 +128,7 @@ impl Assembler {
         found
     }
 
-    /// Takes the charges away from what was added since then.
+    /// Removes the charges of all instructions from index `from` on.
     pub(crate) fn charge_nothing(&mut self, from: usize) {
         for instruction in &mut self.builder.program.instructions[from..] {
             instruction.timing = None;
@@ -135,12 +139,13 @@ impl Assembler {
         &mut self.builder.program
     }
 
-    /// Memory of a chart.
+    /// Adds a tag in the areas of chart state, where no code writes directly. None if it cannot be placed.
     pub(crate) fn hidden(&mut self, name: &str, of: scanbound_ir::Type) -> Option<Tag> {
         self.program().tags.add(HIDDEN, name, of)
     }
 
-    /// What is added from here on stands at this line of a unit's file.
+    /// Sets the source place for the instructions that follow: this line of the current file, with at most 120
+    /// characters of its text. Begins a new block.
     pub(crate) fn at(&mut self, line: u32, text: &str) {
         let file = u32::try_from(self.file).unwrap_or(u32::MAX);
         let text: String = text.chars().take(120).collect();
@@ -148,7 +153,8 @@ impl Assembler {
         self.program().blocks += 1;
     }
 
-    /// How something is priced: by its rows' names, the most specific first, else by its class.
+    /// A timing key: the names of the rows that may give the time, the most specific first, and the class that is used
+    /// if no row has any of these names.
     pub(crate) fn key(names: &[&str], class: &'static str) -> TimingKey {
         TimingKey {
             names: names.iter().map(|name| (*name).to_owned()).collect(),
@@ -160,22 +166,22 @@ impl Assembler {
         }
     }
 
-    /// The price of a jump.
+    /// The timing key of a jump; always Some.
     pub(crate) fn jump_key() -> Option<TimingKey> {
         Some(Self::key(&["JMP"], "jump"))
     }
 
-    /// Charges something that changes nothing by itself.
+    /// Adds an instruction that takes time but has no effect.
     pub(crate) fn cost(&mut self, names: &[&str], class: &'static str) {
         self.builder.add(Some(Self::key(names, class)), Vec::new(), Step::Nothing);
     }
 
-    /// Writes, without a charge.
+    /// Adds an instruction without a charge that always makes these writes. Returns its index.
     pub(crate) fn write(&mut self, writes: Vec<Write>) -> usize {
         self.builder.add(None, writes.into_iter().map(always).collect(), Step::Nothing)
     }
 
-    /// Writes where a condition holds; charged, if a row is named.
+    /// Adds an instruction that makes these writes where `fires` is true; charged if `key` is given. Returns its index.
     pub(crate) fn write_if(
         &mut self,
         fires: Logic,
@@ -186,29 +192,29 @@ impl Assembler {
         self.builder.add(key, effects, Step::Act { fires })
     }
 
-    /// Whether a cell is for values between.
+    /// Whether a cell holds a temporary value.
     pub(crate) fn is_between(cell: Cell) -> bool {
         BETWEEN.contains(&cell.area)
     }
 
-    /// Whether a cell is a bit.
+    /// Whether a cell is in one of the three bit areas.
     pub(crate) fn is_bit(cell: Cell) -> bool {
         [VARIABLES[0], HIDDEN[0], BETWEEN[0]].contains(&cell.area)
     }
 
-    /// A bit for a value between.
+    /// A new bit cell for a temporary value.
     pub(crate) fn bit_between(&mut self) -> Cell {
         self.between[0] += 1;
         Cell { area: BETWEEN[0], index: self.between[0] - 1 }
     }
 
-    /// Words for a value between; the first.
+    /// The first of `words` new consecutive word cells for a temporary value.
     pub(crate) fn words_between(&mut self, words: u32) -> Cell {
         self.between[1] += words;
         Cell { area: BETWEEN[1], index: self.between[1] - words }
     }
 
-    /// The words of a number, kept between if they have to be.
+    /// The words of a number. A number that is not given as words is first copied to `words` temporary cells.
     pub(crate) fn words(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         match number {
             Number::Words(words) => words,
@@ -216,14 +222,14 @@ impl Assembler {
         }
     }
 
-    /// The words of a number as they are now.
+    /// Copies a number to `words` new temporary cells and returns these. Later writes do not change the copy.
     pub(crate) fn copied(&mut self, number: Number, words: u32) -> Vec<WordSource> {
         let first = self.words_between(words);
         self.write(vec![Write::Words(targets(first, words), number)]);
         sources(first, words)
     }
 
-    /// A bit kept as it is now.
+    /// Copies a bit to a new temporary cell, so that later writes do not change it. A constant is returned as it is.
     pub(crate) fn keep_bit(&mut self, value: Logic) -> Logic {
         if matches!(value, Logic::Const(_)) {
             return value;
@@ -233,7 +239,8 @@ impl Assembler {
         Logic::cell(cell)
     }
 
-    /// A number that an operation gives, in so many words; any value, where it has no meaning.
+    /// The result of an operation in `words` new temporary words. `meaning` is the operation, its inputs and the size
+    /// of its output in words; with None, the result may be any value.
     pub(crate) fn worked_out(
         &mut self,
         words: u32,
@@ -243,7 +250,7 @@ impl Assembler {
         let choice = self.builder.choice();
         let mut error = None;
         if let Some((operation, inputs, wide)) = meaning {
-            // What the operation gives beyond the words that are asked for is lost.
+            // Words of the output beyond those requested are discarded.
             let target = |at| match at < words {
                 true => WordTarget::Cell(first.plus(at)),
                 false => WordTarget::Discard,
@@ -258,7 +265,8 @@ impl Assembler {
         Number::Words(sources(first, words))
     }
 
-    /// When a controller stops where it works something out: at a divisor of zero, and at an element that is not there.
+    /// The condition under which a controller stops at this operation: a zero divisor, or an array index out of range.
+    /// None if it never stops, or if the user states that it does not stop on errors.
     fn error_of(&self, meaning: &Meaning) -> Option<Logic> {
         let divisor = match (&meaning.operation, &meaning.inputs[..]) {
             (Operation::Real(Arithmetic::Divide), [_, Input::Number(divisor)]) => {
@@ -272,20 +280,21 @@ impl Assembler {
         divisor.filter(|_| self.stops_on_error)
     }
 
-    /// Notes that the controller stops here where this holds.
+    /// Records that the controller stops here where `error` is true. Does nothing if it does not stop on errors.
     pub(crate) fn stops_where(&mut self, error: Logic) {
         if self.stops_on_error {
             self.not_followed_where(error);
         }
     }
 
-    /// Notes that no run is followed from here on where this holds: memory may be destroyed, if the controller goes on.
+    /// Records that no run is followed past this point where `error` is true: if the controller continues, it may have
+    /// overwritten any memory.
     pub(crate) fn not_followed_where(&mut self, error: Logic) {
         let at = self.builder.add(None, Vec::new(), Step::Nothing);
         self.program().errors.insert(at, error);
     }
 
-    /// Any number, and why.
+    /// A number of this kind with any value, reported as over-approximated with the reason `why`.
     pub(crate) fn any_number(&mut self, kind: Kind, why: &str) -> Number {
         let number = self.worked_out(kind.words(), None);
         let at = self.builder.next() - 1;
@@ -293,7 +302,7 @@ impl Assembler {
         number
     }
 
-    /// Any bit, and why.
+    /// A bit with either value, reported as over-approximated with the reason `why`.
     pub(crate) fn any_bit(&mut self, why: &str) -> Logic {
         let bit = self.builder.free_bit();
         let kept = self.keep_bit(bit);
@@ -302,37 +311,37 @@ impl Assembler {
         kept
     }
 
-    /// A bit that is on where a controller may do what has no effect but its time.
+    /// A free bit that says whether the controller spends extra time here, with no other effect.
     pub(crate) fn extra_time(&mut self) -> Logic {
         let choice = self.builder.choice();
         self.program().kinds.insert(choice, scanbound_ir::ChoiceKind::ExtraTime);
         self.keep_bit(Logic::Bit(scanbound_ir::BitSource::Free(choice)))
     }
 
-    /// A bit of how much time has passed, which a run from power-up does not count.
+    /// A free bit that depends on elapsed time; a run from power-up does not track that time.
     pub(crate) fn uncounted_bit(&mut self) -> Logic {
         let choice = self.builder.external_choice();
         self.builder.program.timekeeping.untracked.insert(choice);
         Logic::Bit(scanbound_ir::BitSource::Free(choice))
     }
 
-    /// A bit that the outside gives.
+    /// A free bit that an input from outside the program determines.
     pub(crate) fn world_bit(&mut self) -> Logic {
         Logic::Bit(scanbound_ir::BitSource::Free(self.builder.external_choice()))
     }
 
-    /// Adds writes with a charge.
+    /// Adds an instruction with a charge that always makes these writes.
     pub(crate) fn add_always(&mut self, key: TimingKey, writes: Vec<Write>) {
         let effects = writes.into_iter().map(always).collect();
         self.builder.add(Some(key), effects, Step::Nothing);
     }
 
-    /// A jump whose target is set later.
+    /// Adds a forward jump and returns its index. [`Assembler::land`] sets its target.
     pub(crate) fn jump(&mut self, fires: Logic, key: Option<TimingKey>) -> usize {
         self.builder.add(key, Vec::new(), Step::Jump { fires, target: 0 })
     }
 
-    /// Lets a jump go to what is added next.
+    /// Sets the target of a jump to the next instruction that is added.
     pub(crate) fn land(&mut self, jump: usize) {
         let next = self.builder.next();
         if let Step::Jump { target, .. } = &mut self.builder.program.instructions[jump].step {
@@ -340,7 +349,7 @@ impl Assembler {
         }
     }
 
-    /// Somewhere for jumps to land that need not be a statement.
+    /// Adds an instruction without time or effect as a target for jumps.
     pub(crate) fn landing(&mut self) {
         self.builder.add(None, Vec::new(), Step::Nothing);
     }

@@ -1,4 +1,4 @@
-//! Expressions, as what the analysis follows.
+//! Lowers operators on values.
 
 use super::Assembler;
 use super::mixed::{mixed, typed};
@@ -11,7 +11,7 @@ use scanbound_iec::fault::Fault;
 pub(crate) use scanbound_iec_tree::types::common;
 use scanbound_ir::{Cell, Logic, Number, NumberFormat, Relation, Write};
 
-/// The value that stands in a place.
+/// The value in a cell of this type. [`Value::Any`] if its content is not modelled.
 pub(crate) fn read(cell: Cell, ty: &Ty) -> Value {
     match ty {
         Ty::Bit => Value::Bit(Logic::cell(cell)),
@@ -20,10 +20,10 @@ pub(crate) fn read(cell: Cell, ty: &Ty) -> Value {
     }
 }
 
-/// What is told where addresses are compared that are no variables' own.
-const ADDRESSES: &str = "a comparison of addresses may come out either way";
+/// Reason for the report where a comparison of addresses is not modelled.
+const ADDRESSES: &str = "a comparison of addresses may be true or false";
 
-/// The word of a reference, of one that is compared with nothing, too.
+/// The word of a reference, or of NULL. None for other values.
 fn address_word(value: &Value) -> Option<Number> {
     match value {
         Value::Address(number, _) => Some(number.clone()),
@@ -32,14 +32,14 @@ fn address_word(value: &Value) -> Option<Number> {
     }
 }
 
-/// What is told of literals that REAL does not hold.
-pub(crate) const ROUNDED: &str = "a literal that REAL does not hold may be a long real: compared, it is larger or smaller than that REAL";
+/// Reason for the report where REAL cannot represent a literal exactly.
+pub(crate) const ROUNDED: &str = "some compilers take a literal that REAL cannot represent as LREAL: a comparison with it may be true or false";
 
-/// The kind of the word that a reference is.
+/// The kind of a reference's word.
 const WORD: Kind = Kind::Whole { bits: 16, signed: false };
 
 impl Assembler {
-    /// Two values and what is done with them.
+    /// Lowers a binary operator on two values and charges it. A fault if Booleans do not have this operator.
     pub(crate) fn combined(
         &mut self,
         operator: Operator,
@@ -59,7 +59,7 @@ impl Assembler {
             _ => None,
         };
         let (one, two) = match (one, two) {
-            // TRUE and 1 are the same where bits are asked for.
+            // Beside a bit, a constant is a Boolean: 0 is FALSE, all else TRUE.
             (Value::Bit(bit), Value::Constant(value)) => {
                 (Value::Bit(bit), Value::Bit(Logic::Const(value != 0)))
             }
@@ -68,7 +68,7 @@ impl Assembler {
             }
             (Value::Constant(one), Value::Constant(two)) => {
                 let kind = holding(holding(DINT, one), two);
-                // What constants make has the type of what it is used with, as they have.
+                // The result of two constants is again an untyped constant.
                 if let (None, Some(value)) = (relation, operator.of_constants(one, two)) {
                     let names = [row(operator, Some(kind)), row(operator, None)];
                     self.cost(&names, class_of(operator, kind));
@@ -146,9 +146,9 @@ impl Assembler {
             _ => {
                 self.cost(&[row(operator, None), "FUNCTION"], "special");
                 Ok(match relation {
-                    Some(_) => Value::Bit(self.any_bit(
-                        "a comparison of texts, dates or long reals may come out either way",
-                    )),
+                    Some(_) => Value::Bit(
+                        self.any_bit("a comparison of texts, dates or LREAL may be true or false"),
+                    ),
                     None => Value::Any,
                 })
             }
@@ -176,7 +176,7 @@ impl Assembler {
         let Some(relation) = relation else {
             let beyond = joined(operator, kind, (&left, open), (&right, also));
             let found = self.arithmetic(operator, kind, left, right)?;
-            // A quotient shows all bits of what is divided.
+            // A quotient depends on all bits of the dividend.
             return Ok(match operator {
                 Operator::Divide | Operator::Modulo | Operator::Power => {
                     let beyond = beyond.map(|beyond| self.keep_bit(beyond));
@@ -187,7 +187,7 @@ impl Assembler {
         };
         if matches!(kind, Kind::Opaque(_)) {
             return Ok(Value::Bit(
-                self.any_bit("a comparison of long reals or dates may come out either way"),
+                self.any_bit("a comparison of LREAL or dates may be true or false"),
             ));
         }
         let format = match kind {
@@ -211,7 +211,7 @@ impl Assembler {
         }))
     }
 
-    /// A value as a number of a kind.
+    /// Converts a value to a number of a kind. Any number where the value is not modelled.
     pub(crate) fn as_number(&mut self, value: Value, kind: Kind) -> Number {
         match value {
             Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
@@ -224,13 +224,13 @@ impl Assembler {
             Value::Constant(value) => self.constant_as(kind, value),
             Value::Any | Value::Address(..) => {
                 self.charge_any_conversion(kind);
-                self.any_number(kind, "a value that is not followed: it may be any number")
+                self.any_number(kind, "a value that is not modelled: it may be any number")
             }
             Value::Bit(logic) => self.bit_number(logic, kind),
         }
     }
 
-    /// 1 or 0.
+    /// A bit as the number 1 or 0.
     fn bit_number(&mut self, logic: Logic, kind: Kind) -> Number {
         let words = kind.words();
         let first = self.words_between(words);
@@ -245,17 +245,17 @@ impl Assembler {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
             Value::Any | Value::Address(..) => {
-                Ok(self.any_bit("a value that is not followed: it may be true or false"))
+                Ok(self.any_bit("a value that is not modelled: it may be true or false"))
             }
             Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
-                Err(Fault::new(line, "a number stands where a truth value is asked for")
+                Err(Fault::new(line, "a number is used where a Boolean is required")
                     .code(Code::Operand))
             }
         }
     }
 }
 
-/// The row that prices an operator.
+/// The name of the timing row of an operator. `kind` is that of its operands; None gives the general row.
 pub(crate) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
     use Operator as O;
     match (operator, kind) {
@@ -267,7 +267,7 @@ pub(crate) fn row(operator: Operator, kind: Option<Kind>) -> &'static str {
     }
 }
 
-/// The class that prices an operator.
+/// The timing class of an operator.
 fn class_of(operator: Operator, kind: Kind) -> &'static str {
     use Operator as O;
     match (kind, operator) {

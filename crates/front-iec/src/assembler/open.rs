@@ -1,6 +1,6 @@
-//! Sums, differences, products and complements that do not fit their type. Compilers differ in how many more bits they
-//! keep of these within an expression: some wrap them at once, others work with the 32 or 64 bits of the processor.
-//! What takes no more bits than the type has is the same on all of them; all else is any value where they do not fit.
+//! Overflow of integer arithmetic within an expression. Compilers differ in how many bits they keep of a sum,
+//! difference, product or complement: some wrap at the size of the type, others compute in 32 or 64 bits. If only the
+//! bits of the type are used, the result is the same on all of them. Otherwise it is any value where it overflows.
 
 use super::Assembler;
 use super::types::{DINT, Kind};
@@ -10,7 +10,7 @@ use scanbound_ir::{
     BitTarget, Cell, Logic, Number, NumberFormat, Region, Relation, WordSource, Write,
 };
 
-/// A value, and where it does not fit its type.
+/// Splits a value into its number and the condition under which it overflows its type (None: never).
 pub(crate) fn parted(value: Value) -> (Value, Option<Logic>) {
     match value {
         Value::Open(kind, number, beyond) => (Value::Number(kind, number), Some(beyond)),
@@ -18,7 +18,7 @@ pub(crate) fn parted(value: Value) -> (Value, Option<Logic>) {
     }
 }
 
-/// A value that, where this holds too, does not fit its type.
+/// Adds a condition under which an integer overflows its type. Other values are unchanged.
 pub(crate) fn opened(value: Value, beyond: Option<Logic>) -> Value {
     match (value, beyond) {
         (Value::Number(kind @ Kind::Whole { .. }, number), Some(beyond)) => {
@@ -31,14 +31,15 @@ pub(crate) fn opened(value: Value, beyond: Option<Logic>) -> Value {
     }
 }
 
-/// NOT. Without a sign, no complement fits its type: in more bits, the others are 1.
+/// The result of NOT. The complement of an unsigned integer never fits its type if a compiler computes in more bits,
+/// since these become 1.
 pub(crate) fn complement(value: Value) -> Value {
     let (value, beyond) = parted(value);
     match value {
         Value::Bit(logic) => Value::Bit(logic.not()),
-        // Of 0 and 1 it is not told whether a bit or a number is meant.
+        // A constant 0 or 1 may be a bit or a number.
         Value::Constant(0 | 1) | Value::Any | Value::Open(..) | Value::Address(..) => Value::Any,
-        // Controllers differ in the bits of a time.
+        // Controllers represent TIME differently.
         Value::Number(Kind::Time, _) => Value::Any,
         Value::Constant(value) => Value::Constant(!value),
         Value::Number(kind, number) => {
@@ -52,7 +53,8 @@ pub(crate) fn complement(value: Value) -> Value {
     }
 }
 
-/// Where what two operands make does not fit their type since one of them does not.
+/// The condition under which the result of an operator may overflow because an operand overflows. None if neither
+/// operand can, or if AND masks the excess bits.
 pub(crate) fn joined(
     operator: Operator,
     kind: Kind,
@@ -60,7 +62,7 @@ pub(crate) fn joined(
     (right, also): (&Number, Option<Logic>),
 ) -> Option<Logic> {
     if operator == Operator::And {
-        // What is taken of it alone is what the other one has, if that has no sign that goes on in more bits.
+        // AND keeps no bits beyond the other operand, unless that is negative.
         let fits = |number: &Number| {
             !kind.is_signed() || known(number, kind).is_some_and(|value| value >= 0)
         };
@@ -79,14 +81,14 @@ pub(crate) fn joined(
     }
 }
 
-/// Where what an operator makes of two numbers that fit their type does not.
+/// The condition under which an operator on two operands that fit their type overflows it. None if it cannot.
 pub(crate) fn beyond(
     operator: Operator,
     kind: Kind,
     left: &Number,
     right: &Number,
 ) -> Option<Logic> {
-    // There is nothing longer than 64 bits.
+    // No compiler keeps more than 64 bits.
     let Kind::Whole { bits: bits @ ..64, signed } = kind else { return None };
     let (least, most) = match signed {
         true => (-(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1),
@@ -126,7 +128,7 @@ pub(crate) fn beyond(
                 _ => Number::Sub(one, two),
             };
             if bits == 8 {
-                // Their word holds what comes of them.
+                // The 16-bit word of an 8-bit number holds the full result.
                 let below = to(Relation::Less, &found, least);
                 return Some(Logic::Any(vec![below, to(Relation::Greater, &found, most)]));
             }
@@ -147,7 +149,7 @@ pub(crate) fn beyond(
     })
 }
 
-/// The value of a number that is a constant.
+/// The value of a constant number. None if it is not constant.
 fn known(number: &Number, kind: Kind) -> Option<i64> {
     let Number::Words(words) = number else { return None };
     let mut value: i64 = 0;
@@ -161,15 +163,15 @@ fn known(number: &Number, kind: Kind) -> Option<i64> {
 }
 
 impl Assembler {
-    /// What comes of a sum or product in the midst of an expression: compilers differ in how many bits they keep of
-    /// that.
+    /// Replaces an intermediate result by any value, reported as over-approximated, because compilers differ in how
+    /// many bits they keep. An integer gets at least 32 bits and may still overflow these.
     pub(crate) fn between(&mut self, value: Value) -> Value {
-        let why = "what comes of a sum or product within an expression, of which compilers keep more or fewer bits: it may be anything";
+        let why = "compilers keep more or fewer bits of a sum or product within an expression: it may be any value";
         match value {
             Value::Number(kind @ Kind::Whole { bits, .. }, _)
             | Value::Open(kind @ Kind::Whole { bits, .. }, ..) => {
                 let kind = if bits < 32 { DINT } else { kind };
-                // There may be more bits yet.
+                // Compilers may keep even more bits.
                 Value::Open(kind, self.any_number(kind, why), Logic::Const(true))
             }
             Value::Number(Kind::Real, _) => {
@@ -180,7 +182,8 @@ impl Assembler {
         }
     }
 
-    /// A value with all bits that any compiler keeps of it: where it does not fit its type, any number.
+    /// Resolves a possible overflow: where the value does not fit its type, it becomes any number of at least 32 bits.
+    /// Other values are unchanged.
     pub(crate) fn settled(&mut self, value: Value) -> Value {
         let Value::Open(kind, number, beyond) = value else { return value };
         let to = match kind {
@@ -191,7 +194,8 @@ impl Assembler {
         Value::Number(to, number)
     }
 
-    /// A value that, where this holds, is any of its kind, or of more bits.
+    /// Where `beyond` is true, replaces a value by any value of its kind, which may also overflow that kind. With None,
+    /// the value is unchanged.
     pub(crate) fn any_where(&mut self, value: Value, beyond: Option<Logic>) -> Value {
         let Some(beyond) = beyond else { return value };
         let (value, own) = parted(value);
@@ -206,7 +210,8 @@ impl Assembler {
         }
     }
 
-    /// A number as one of a longer kind: any, where it does not fit its own.
+    /// A number converted to a longer kind. It is any value where `beyond` is true, that is, where it does not fit its
+    /// own kind.
     fn widened(&mut self, number: Number, from: Kind, to: Kind, beyond: Logic) -> Number {
         let number = self.converted(number, from, to);
         let words = self.copied(number, to.words());
@@ -214,8 +219,9 @@ impl Assembler {
         Number::Words(words)
     }
 
-    /// A number of one kind as an operand of another, and where it does not fit that. A comparison is either way there,
-    /// and needs no more bits.
+    /// Converts an operand to the kind `to`, and returns the condition under which it does not fit that kind. For a
+    /// comparison (`relation`), an overflowing operand is not widened: the caller lets the comparison have either
+    /// result there.
     pub(crate) fn operand(
         &mut self,
         (from, number, beyond): (Kind, Number, Option<Logic>),
@@ -230,7 +236,7 @@ impl Assembler {
             Some(beyond) if is_longer && relation.is_none() => {
                 let beyond = self.keep_bit(beyond);
                 let number = self.widened(number, from, to, beyond.clone());
-                // Of those bits there may be more yet.
+                // Compilers may keep even more bits.
                 let is_open = matches!(to, Kind::Whole { bits: ..64, .. });
                 (number, is_open.then_some(beyond))
             }
@@ -238,7 +244,7 @@ impl Assembler {
         }
     }
 
-    /// A bit, or either truth value where a condition holds.
+    /// A bit that is either true or false where `beyond` is true.
     pub(crate) fn open_bit(&mut self, bit: Logic, beyond: Logic) -> Logic {
         let cell = self.bit_between();
         self.write(vec![Write::Bit(BitTarget::Cell(cell), bit)]);
@@ -247,7 +253,7 @@ impl Assembler {
         Logic::cell(cell)
     }
 
-    /// A bit that the language leaves open: no real run depends on it.
+    /// A free bit for something that the language does not define. No real run depends on it.
     pub(crate) fn left_open(&mut self) -> Logic {
         let cell = self.bit_between();
         let any = self.unsettled(cell);
@@ -255,14 +261,14 @@ impl Assembler {
         Logic::cell(cell)
     }
 
-    /// What lets a bit be either truth value, since the language leaves it open.
+    /// The write that makes a bit true or false freely, because the language does not define it.
     pub(crate) fn unsettled(&mut self, cell: Cell) -> Write {
         let choice = self.builder.choice();
         self.program().statements.undefined_by_language.insert(choice);
         Write::Havoc(Region::Range { first: cell, count: 1 }, choice)
     }
 
-    /// A number as it is now, with a bit that says where it does not fit its type.
+    /// Copies a number to temporary cells, together with a bit that says where it does not fit its type.
     pub(crate) fn kept_open(&mut self, kind: Kind, number: Number, beyond: Logic) -> Value {
         let words = self.copied(number, kind.words());
         let cell = self.bit_between();

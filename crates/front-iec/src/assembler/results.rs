@@ -1,4 +1,4 @@
-//! The results of functions.
+//! Results of functions and calls whose content is not modelled, and chains of operators.
 
 use super::Assembler;
 use super::mixed::mixed;
@@ -8,12 +8,13 @@ use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
 use scanbound_ir::{Logic, Step};
 
-/// Functions that give a real, or a long one, as they are given.
+/// Functions whose result is REAL or LREAL, as their argument is.
 const OF_REALS: &[&str] =
     &["SQRT", "LN", "LOG", "EXP", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN"];
 
 impl Assembler {
-    /// The result of a function that is not followed: any of the type that it gives for what it is given.
+    /// The result of a function that is not modelled: any value of its result type, or [`Value::Any`] if that type is
+    /// not known. Reported as over-approximated.
     pub(crate) fn any_result(
         &mut self,
         name: &str,
@@ -33,7 +34,7 @@ impl Assembler {
             ("TIME", _) => Some(Kind::Time),
             ("LTIME", _) => Some(Kind::Opaque(4)),
             (name, given) => {
-                // It is given what it works with: controllers differ in whether that is a real or a long real.
+                // The argument is converted first: controllers differ in whether that gives a REAL or an LREAL.
                 if OF_REALS.contains(&name) && matches!(given, Some(Value::Number(..))) {
                     self.cost(&["CONVERT"], "conversion");
                 }
@@ -63,7 +64,7 @@ impl Assembler {
     ) -> Result<Value, Fault> {
         let is_relation = operator.binding() == 4 || operator.binding() == 5;
         if is_relation && values.len() > 2 {
-            // Each against the next.
+            // A relation of several values compares each with the next.
             let pairs: Vec<_> =
                 values.windows(2).map(|pair| (pair[0].clone(), pair[1].clone())).collect();
             let mut all = Vec::new();
@@ -82,7 +83,7 @@ impl Assembler {
         Ok(sum)
     }
 
-    /// A time as another type, or the other way round.
+    /// The result of a conversion between TIME and another type: any value, since controllers differ in the unit.
     pub(crate) fn of_any_unit(&mut self, to: &Ty) -> Value {
         match to {
             Ty::Bit => Value::Bit(self.any_bit(ANY_UNIT)),
@@ -92,7 +93,7 @@ impl Assembler {
     }
 }
 
-/// Whether numbers with a sign and without stand together that are as long.
+/// Whether two of these numbers, one signed and one unsigned, have no common type that holds both (see [`mixed`]).
 pub(crate) fn crosses(values: &[Value]) -> bool {
     let kinds: Vec<Kind> = values
         .iter()
@@ -106,7 +107,8 @@ pub(crate) fn crosses(values: &[Value]) -> bool {
 }
 
 impl Assembler {
-    /// The result of a call: any value, where it was not carried out.
+    /// The result of a call with EN: `result` where the condition is true, else any value. Without a condition,
+    /// `result`.
     pub(crate) fn result_if(&mut self, condition: Option<Logic>, result: Value) -> Value {
         let Some(condition) = condition else { return result };
         let result = self.settled(result);

@@ -1,4 +1,4 @@
-//! Functions of the standard that move bits, choose among values, or read and write decimal digits.
+//! Lowers the standard functions for shifting, selection, limits and BCD conversion.
 
 use super::Assembler;
 use super::mixed::{below_zero, mixed, typed};
@@ -12,12 +12,13 @@ use scanbound_ir::meaning::{Operation, OperationInput as Input, Unary};
 use scanbound_ir::{BitTarget, Logic, Number, Region, Relation, WordSource, Write};
 
 impl Assembler {
-    /// SHL, SHR, ROL and ROR. Controllers differ where bits are moved by as many places as there are, or more.
+    /// Lowers SHL, SHR, ROL and ROR. The result is any value for as many places as there are bits, or more, since
+    /// controllers differ. [`Value::Any`] for operands that are not modelled.
     pub(crate) fn moved(&mut self, name: &str, of: Value, places: Value) -> Value {
         let rotates = name.starts_with('R');
         let (kind, number) = match of {
             Value::Number(kind, number) => (kind, number),
-            // Of a number without a type, compilers differ in how many bits it has.
+            // Compilers differ in the size of an untyped number.
             _ => return Value::Any,
         };
         let by = match places {
@@ -31,7 +32,7 @@ impl Assembler {
         };
         let Kind::Whole { bits, signed } = kind else { return Value::Any };
         let left = name.ends_with('L');
-        // What comes in at the top of a number with a sign, controllers do not say alike.
+        // Controllers differ in what SHR moves into the top of a signed number.
         if bits > 32 || (rotates && bits == 8) || (signed && !left) {
             return Value::Any;
         }
@@ -51,7 +52,7 @@ impl Assembler {
         if rotates || !left {
             return found;
         }
-        // Some keep what is moved beyond the type, as its result becomes one of a longer type.
+        // Some compilers keep bits that SHL moves beyond the type if the result becomes a longer type.
         let lost = match by.filter(|by| !signed && (0..bits.into()).contains(by)) {
             Some(by) => {
                 let most = ((1_i64 << bits) - 1) >> by;
@@ -62,7 +63,8 @@ impl Assembler {
         opened(found, Some(lost))
     }
 
-    /// MUX: the value of this number, from 0 on. Controllers differ beyond the last.
+    /// Lowers MUX: the first value selects one of the others, counted from 0. Any value for a selector out of range,
+    /// since controllers differ.
     pub(crate) fn multiplexed(
         &mut self,
         mut values: Vec<Value>,
@@ -109,7 +111,7 @@ impl Assembler {
         Ok(Value::Number(kind, wrapped(kind, Number::Words(words))))
     }
 
-    /// The first value where a condition holds, else the second.
+    /// The value `first` where `which` is true, else `second`.
     pub(crate) fn chosen(&mut self, which: Logic, first: Value, second: Value) -> Value {
         let (first, second) = typed(self.settled(first), self.settled(second));
         let mut crosses = None;
@@ -135,12 +137,12 @@ impl Assembler {
         self.write(vec![Write::Words(targets(cell, words), second)]);
         self.write_if(which, vec![Write::Words(targets(cell, words), first)], None);
         let number = Number::Words(sources(cell, words));
-        // Of one with a sign and one without, the same bits may be two numbers.
+        // If one is signed and the other unsigned, the same bits may stand for two numbers.
         let beyond = crosses.map(|kind| below_zero(kind, &number));
         opened(Value::Number(kind, number), beyond)
     }
 
-    /// A value between two others. Where these are crossed, controllers take one or the other.
+    /// Lowers LIMIT. If the lower limit is above the upper one, controllers return one or the other.
     pub(crate) fn limited(
         &mut self,
         low: Value,
@@ -163,19 +165,20 @@ impl Assembler {
         let crossed =
             self.charged_already(|own| own.combined(Operator::Greater, low.clone(), high, line))?;
         let Value::Bit(crossed) = crossed else { return Ok(Value::Any) };
-        let other = self.differs("LIMIT takes the lower one of limits that are crossed");
+        let other =
+            self.differs("LIMIT returns the lower limit if its limits are in the wrong order");
         Ok(self.chosen(Logic::All(vec![crossed, other]), low, found))
     }
 
-    /// A whole number kept between constants of its own type that are not crossed: an operation of which later passes
-    /// know what it gives.
+    /// LIMIT of an integer between constants of its own type, in order, as one operation whose result later passes
+    /// know. None if it is not such a LIMIT.
     fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
         let Limits { low, high, kind, wide } = limits(low, value, high)?;
         for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
             self.cost(&[row(operator, Some(kind))], "compare");
         }
         let words = wide.words();
-        // However many bits a compiler keeps, the constants limit what does not fit the type.
+        // The constants also limit a value that overflows its type.
         let Value::Number(from, number) = self.settled(value.clone()) else { return None };
         let number = self.converted(number, from, wide);
         let ends = [low, high].map(|end| Input::Number(within(wide, end)));
@@ -184,7 +187,7 @@ impl Assembler {
         Some(Value::Number(kind, self.converted(found, wide, kind)))
     }
 
-    /// The larger or the smaller of two values.
+    /// The larger of two values if `larger`, else the smaller.
     pub(crate) fn better(
         &mut self,
         one: Value,
@@ -199,8 +202,7 @@ impl Assembler {
         }
     }
 
-    /// Decimal digits of four bits as a number, or the opposite. Anything where they are none, or the number has too
-    /// many.
+    /// Converts a number from BCD if `reads`, else to BCD. Any value for invalid digits or too large a number.
     pub(crate) fn decimal(&mut self, value: Value, reads: bool) -> Value {
         let (kind, number) = match value {
             Value::Number(kind @ Kind::Whole { .. }, number) if kind.words() <= 2 => (kind, number),
@@ -217,7 +219,7 @@ impl Assembler {
         Value::Number(Kind::Whole { bits, signed: false }, found)
     }
 
-    /// Takes words as any value where a condition holds, since the language leaves open what they are there.
+    /// Overwrites words with any value where `condition` is true, because the language does not define them there.
     pub(crate) fn open_where(&mut self, condition: Logic, words: &[WordSource]) {
         let Some(&WordSource::Cell(first)) = words.first() else { return };
         let count = u32::try_from(words.len()).unwrap_or(1);
@@ -228,16 +230,17 @@ impl Assembler {
     }
 }
 
-/// Constants between which LIMIT keeps a whole number of their own type.
+/// The constant limits of a LIMIT of an integer.
 pub(crate) struct Limits {
     low: i64,
     high: i64,
     kind: Kind,
-    /// The kind in which it is worked out: with a sign, and with the bits that compilers keep of the number.
+    /// The signed kind in which LIMIT is computed, with the bits that compilers keep of the number.
     wide: Kind,
 }
 
-/// The constants between which LIMIT keeps a number; `None` if they are none, or are crossed, or may not fit its type.
+/// The limits of a LIMIT with constant limits. `None` if a limit is not constant, if they are not in order, or if one
+/// may not fit the type.
 pub(crate) fn limits(low: &Value, value: &Value, high: &Value) -> Option<Limits> {
     let (&Value::Constant(low), &Value::Constant(high)) = (low, high) else { return None };
     let (&Value::Number(kind, _) | &Value::Open(kind, ..)) = value else { return None };
@@ -252,14 +255,15 @@ pub(crate) fn limits(low: &Value, value: &Value, high: &Value) -> Option<Limits>
     fit.then_some(Limits { low, high, kind, wide })
 }
 
-/// The kind in which several values meet; `None` if one of them is none that is followed.
+/// The common kind of several values. `None` if one of them is neither a number nor a constant, or if signed and
+/// unsigned numbers meet.
 fn kind_of(values: &[Value]) -> Option<Kind> {
     let mut found: Option<Kind> = None;
     for value in values {
         found = Some(match (found, value) {
             (None, Value::Number(kind, _)) => *kind,
             (None, Value::Constant(value)) => holding(INT, *value),
-            // Which number the same bits are, compilers differ.
+            // Compilers differ in how they read the bits.
             (Some(own), Value::Number(kind, _)) if mixed(own, *kind).is_some() => return None,
             (Some(own), Value::Number(kind, _)) => common(own, *kind),
             (Some(own), Value::Constant(value)) => holding(own, *value),

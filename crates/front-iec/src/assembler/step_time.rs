@@ -1,6 +1,7 @@
-//! How long steps are active. While a step is, time goes on once a scan, so that all that ask for it in one scan see
-//! the same. What is left of it when the step has ended, controllers differ: its last time, as the standard has it, or
-//! 0.
+//! Lowers step times (`STEP.T`): how long a step has been active.
+//!
+//! The time of an active step advances once per scan, so all readers in one scan see the same value. After the step, it
+//! keeps its last value, as in the standard, or becomes 0: controllers differ.
 
 use super::memory::{Memory, all, any};
 use super::timer::{double, put};
@@ -11,7 +12,7 @@ use scanbound_ir::{Cell, Logic};
 use std::collections::BTreeSet;
 
 impl Assembler {
-    /// Lets the times of the steps that are active go on.
+    /// Advances the times of all active steps by any amount.
     pub(crate) fn times_go_on(&mut self, memory: &Memory) {
         for time in &memory.times {
             let (later, [found, least]) = self.later_than(time.cell);
@@ -21,7 +22,7 @@ impl Assembler {
         }
     }
 
-    /// Lets times begin when the chart does.
+    /// Sets the times of the initial steps to 0 where the chart begins; on some controllers, those of all steps.
     pub(crate) fn times_begin(&mut self, memory: &Memory, begins: &Logic) {
         let ends = self.differs("the time of a step that is not active is 0");
         for time in &memory.times {
@@ -31,9 +32,10 @@ impl Assembler {
         }
     }
 
-    /// Lets the times of steps that are entered begin, before their flags are set.
+    /// Sets the times of steps that are being entered to 0, before the step flags change.
     pub(crate) fn times_of_entered(&mut self, chart: &Chart, memory: &Memory) {
-        let again = self.differs("a step that is left and entered at once begins its time anew");
+        let again =
+            self.differs("the time of a step restarts if the step is left and entered in one scan");
         let mut entering = vec![Vec::new(); chart.steps.len()];
         for (at, transition) in chart.transitions.iter().enumerate() {
             transition.to.iter().for_each(|&step| entering[step].push(at));
@@ -45,14 +47,14 @@ impl Assembler {
             let before = memory.active(&time.steps);
             let new = match time.steps.len() {
                 1 => any([before.not(), again.clone()]),
-                // What goes on within a macro step does not enter it.
+                // A change of step within a macro step does not enter the macro step.
                 _ => before.not(),
             };
             self.zero(time.cell, all([entered, new]));
         }
     }
 
-    /// What is left of the times of steps that are not active.
+    /// Sets the times of inactive steps to 0, on the controllers that do so.
     pub(crate) fn times_end(&mut self, memory: &Memory) {
         let ends = self.differs("the time of a step that is not active is 0");
         for time in &memory.times {

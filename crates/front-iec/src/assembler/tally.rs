@@ -1,26 +1,26 @@
-//! What is known of statements while a program is put together.
+//! State for counting statements during lowering.
 
 use std::collections::BTreeMap;
 
-/// What is counted while a program is put together.
+/// The statements counted so far, and the body that is being lowered.
 #[derive(Default)]
 pub(crate) struct Tally {
-    /// Statements that are known, by their body and their number there.
+    /// The statements recorded so far, by body and number within it. A body that is lowered several times counts once.
     pub(super) known: BTreeMap<(usize, u32), usize>,
-    /// The body that is put together.
+    /// The body that is being lowered; None if its statements are not counted.
     pub(crate) current: Option<Current>,
 }
 
-/// A body that is put together.
+/// The body that is being lowered.
 #[derive(Clone, Copy)]
 pub(crate) struct Current {
     pub(crate) body: usize,
-    /// The number of its next statement.
+    /// Number of the next statement in the body.
     pub(crate) next: u32,
-    /// Whether it is drawn or a list, so that values are kept between its statements.
+    /// Whether the body is a diagram or an instruction list, so that values are kept between statements.
     pub(crate) keeps: bool,
-    /// Where the instructions begin that keep a value for the next statement, and in which line.
+    /// The first instruction, and its line, of the statements that only keep a value for the next one.
     pub(crate) kept_from: Option<(usize, u32)>,
-    /// Whether what is put together stands in a statement that counts for all in it.
+    /// Whether lowering is inside a statement that counts for everything in it.
     pub(crate) is_within: bool,
 }

@@ -1,12 +1,13 @@
-//! What stands for a time: a number of half milliseconds in 32 bits with a sign.
+//! How TIME is represented: a signed 32-bit number of half milliseconds.
 //!
-//! An even number is a time of whole milliseconds; an odd number is any time between two of these, since controllers
-//! measure times more finely (matiec in nanoseconds): `t.ET > T#1ms AND t.ET < T#2ms` can be true there. Two times with
-//! the same odd number may differ, so their comparison may come out either way, and their sum may be any.
+//! An even number is a time in whole milliseconds. An odd number stands for any time between two of these, since some
+//! controllers measure more finely (matiec in nanoseconds): `t.ET > T#1ms AND t.ET < T#2ms` can be true there. Two
+//! times with the same odd number may differ, so their comparison may have either result, and their sum may be any
+//! value.
 //!
-//! Controllers hold longer times than 12 days: CODESYS up to 49 days without a sign, matiec seconds and nanoseconds. So
-//! the largest number stands for itself and all longer times, the smallest for itself and all below: a comparison of
-//! two such times may come out either way, and what is made of them may be any.
+//! Controllers have times longer than 12 days: CODESYS up to 49 days, unsigned; matiec in seconds and nanoseconds. So
+//! the largest number also stands for all longer times, and the smallest for all below it. A comparison of two such
+//! times may have either result, and arithmetic on them may give any value.
 
 use super::Assembler;
 use super::types::Kind;
@@ -14,18 +15,18 @@ use super::value::{constant, signed};
 use scanbound_base::time::Picos;
 use scanbound_ir::{BitSource, Logic, Number, Relation, WordSource};
 
-/// The unit of times.
+/// The unit of TIME: 0.5 ms.
 pub(crate) const UNIT: Picos = Picos(500_000_000);
 
-/// How many of the units a controller that counts whole milliseconds may be early or late by.
+/// How many units a controller that counts whole milliseconds may be early or late: 1 ms.
 pub(crate) const TICK: u64 = 2;
 
-/// The least and the largest number that 32 bits hold.
+/// The smallest and the largest signed 32-bit number.
 const EDGES: [i64; 2] = [i32::MIN as i64, i32::MAX as i64];
 
 impl Assembler {
-    /// When a comparison of two times may come out either way: if both have the same number, and that stands for more
-    /// than one time. `None`: never. The numbers are copied, since they are read twice.
+    /// The condition under which a comparison of two times may have either result: both have the same number, and it
+    /// stands for more than one time. `None`: never. The operands are copied to temporaries, since they are read twice.
     pub(crate) fn edge_of_comparison(
         &mut self,
         left: &mut Number,
@@ -47,7 +48,7 @@ impl Assembler {
     }
 }
 
-/// Where a time lies between two whole milliseconds. `None`: never.
+/// True where a time lies between two whole milliseconds. `None`: never.
 pub(crate) fn is_between(time: &Number) -> Option<Logic> {
     let Number::Words(words) = time else { return Some(Logic::Const(true)) };
     match *words.first()? {
@@ -57,12 +58,12 @@ pub(crate) fn is_between(time: &Number) -> Option<Logic> {
     }
 }
 
-/// Where a time may be another than its value.
+/// True where the number is the smallest or largest one, which also stands for other times.
 pub(crate) fn is_edge(time: &Number) -> Logic {
     Logic::Any(EDGES.map(|edge| equals(time, edge)).to_vec())
 }
 
-/// Whether a number of this kind is a TIME that is no constant, or one at an edge.
+/// Whether a number is a TIME that may be the smallest or largest number: one that is not constant, or such a constant.
 pub(crate) fn may_be_edge(kind: Kind, number: &Number) -> bool {
     kind == Kind::Time && fixed(number).is_none_or(|value| EDGES.contains(&value))
 }
@@ -71,7 +72,7 @@ fn equals(time: &Number, edge: i64) -> Logic {
     signed(Relation::Equal, time.clone(), constant(edge, 2))
 }
 
-/// The value of a constant time.
+/// The value of a constant time; None if it is not constant.
 fn fixed(number: &Number) -> Option<i64> {
     match number {
         Number::Words(words) => match words[..] {

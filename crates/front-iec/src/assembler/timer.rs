@@ -1,4 +1,4 @@
-//! TON, TOF and TP.
+//! Lowers the timers TON, TOF and TP.
 
 use super::memory::{all, any, set};
 use super::time_range::{TICK, UNIT, is_between, is_edge};
@@ -11,19 +11,19 @@ use scanbound_ir::{
     BitSource, BitTarget, Cell, Logic, Number, Region, Relation, Step, WordSource, Write,
 };
 
-/// A number of two words that lies here.
+/// The number in two words from this cell on.
 pub(crate) fn double(first: Cell) -> Number {
     Number::Words(sources(first, 2))
 }
 
-/// Where a number of two words goes.
+/// A write of a number to two words from this cell on.
 pub(crate) fn put(first: Cell, number: Number) -> Write {
     Write::Words(targets(first, 2), number)
 }
 
 impl Assembler {
-    /// Carries out a timer. It may run out at any moment while its input is as it has to be; not in the scan in which
-    /// it begins, unless its time may be 0.
+    /// Lowers the execution of a timer. While its input keeps it running, it may expire in any scan; in the scan in
+    /// which it starts, only if its time may be 0.
     pub(crate) fn timer(&mut self, block: StandardBlock, cell: &dyn Fn(Pin) -> Option<Cell>) {
         let (Some(input), Some(preset), Some(q), Some(elapsed), Some(was)) =
             (cell(Pin::In), cell(Pin::Pt), cell(Pin::Q), cell(Pin::Et), cell(Pin::Was))
@@ -31,7 +31,7 @@ impl Assembler {
             return;
         };
         let input = Logic::cell(input);
-        // TON rests while its input is off, TOF while it is on, TP while its output is off.
+        // TON is at rest while its input is off, TOF while it is on, TP while its output is off.
         let (memory, rest, running) = match block {
             StandardBlock::Ton => (was, 0, false),
             StandardBlock::Tof => (was, 1, true),
@@ -50,17 +50,17 @@ impl Assembler {
         };
         self.builder.program.timekeeping.expiries.insert(runs_out, expiry);
         let runs_out = Logic::Bit(BitSource::Free(runs_out));
-        // A time that is 0 may be one below a millisecond. Whether a timer with a time of 0 is over in the scan in
-        // which it begins, controllers differ.
+        // A time of 0 may stand for a time below 1 ms. Controllers differ in whether a timer with a time of 0 expires
+        // in the scan in which it starts.
         let short = self.left_open();
         let zero = || signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         let q_before = self.keep_bit(Logic::cell(q));
         let was_on = self.keep_bit(Logic::cell(was));
-        // Where the time changes while it runs or is over, some controllers ask anew whether it is over, and others do
-        // not.
+        // If PT changes while the timer runs or after it has expired, some controllers test the expiry again and others
+        // do not.
         let (changes, at) = self.unless_settled(Logic::Const(true));
         self.open_ends.push(OpenEnd::Preset { at, preset });
-        let anew = self.differs("timers that are over ask for a new time");
+        let anew = self.differs("expired timers test a changed PT again");
         let anew = self.keep_bit(all([changes.clone(), anew]));
         let on = Logic::cell(q);
         let value = match block {
@@ -69,7 +69,7 @@ impl Assembler {
                 all([input.clone(), any([later, all([zero(), short])])])
             }
             StandardBlock::Tof => {
-                // It stays on for a while when the input has gone.
+                // The output stays on for a while after the input goes off.
                 let first = all([was_on.clone(), any([zero().not(), short])]);
                 let later = all([was_on.clone().not(), runs_out.clone()]);
                 let again = all([anew.clone(), later.clone()]);
@@ -96,13 +96,14 @@ impl Assembler {
 }
 
 impl Assembler {
-    /// A time that the outside gives, not below another one; the instructions that find it, and where it lies.
+    /// A new time that may be any value not below the one at `before`. Returns its first cell and the two instructions
+    /// that set it.
     pub(crate) fn later_than(&mut self, before: Cell) -> (Cell, [usize; 2]) {
         let time = self.words_between(2);
         let choice = self.builder.external_choice();
-        // A run from power-up does not count it.
+        // A run from power-up does not track this time.
         self.builder.program.timekeeping.untracked.insert(choice);
-        // A time is not below 0.
+        // A time is never negative.
         let sign = BitTarget::WordBit(time.plus(1), 15);
         let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);
         let found = self.write(vec![any_time, Write::Bit(sign, Logic::Const(false))]);
@@ -111,7 +112,7 @@ impl Assembler {
         (time, [found, least])
     }
 
-    /// How long a timer has run: from 0 to its time, which it has when that is over.
+    /// Lowers the elapsed time ET of a timer: from 0 up to PT, which it has once the timer has expired.
     fn elapsed(
         &mut self,
         block: StandardBlock,
@@ -122,23 +123,23 @@ impl Assembler {
         elapsed: Cell,
     ) {
         let (time, _) = self.later_than(elapsed);
-        // A preset at the edge of times may be any longer one.
+        // The largest PT stands for all longer times, too.
         let is_longer = is_edge(&double(preset)).not();
         let over = signed(Relation::GreaterOrEqual, double(time), double(preset));
         let over = self.keep_bit(all([over, is_longer]));
         let below = Number::Sub(Box::new(double(preset)), Box::new(constant(1, 2)));
         self.write_if(over.clone(), vec![put(time, below)], None);
-        // Below a time between two milliseconds there are others between them.
+        // A PT between two milliseconds has other times between the same two below it.
         let between = is_between(&double(preset)).unwrap_or(Logic::Const(false));
         self.write_if(all([over, between]), vec![put(time, double(preset))], None);
         let none = signed(Relation::LessOrEqual, double(preset), constant(0, 2));
         self.write_if(none, vec![put(time, constant(0, 2))], None);
-        // What a time that changes leaves of a run that is over, controllers differ.
-        let other = self.differs("ET of a timer that is over stays as it is when its time changes");
+        // Controllers differ in ET of an expired timer whose PT changes.
+        let other = self.differs("ET of an expired timer stays the same when PT changes");
         let stays = all([changes, any([anew.not(), other])]);
         let no = Logic::not;
-        // What is left of the time of a timer at rest, controllers differ.
-        let rest = self.differs("a timer at rest has another ET");
+        // Controllers differ in ET of a timer at rest.
+        let rest = self.differs("a timer at rest has another ET than in the standard");
         let (zero, running, ended) = match block {
             StandardBlock::Ton => (
                 any([no(input.clone()), no(was_on.clone())]),

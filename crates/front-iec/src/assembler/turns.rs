@@ -1,6 +1,6 @@
-//! The order in which what a chart executes in one scan comes: the standard does not say it, and controllers differ.
-//! Actions of which one writes what another one reads or writes are lowered once for each order, of which one is taken
-//! in a run; all others are lowered once.
+//! Execution order of the actions of a chart. The standard does not define it, and controllers differ. An action is
+//! lowered once for each possible order if it writes what another one reads or writes, or the reverse; one run uses one
+//! order. All other actions are lowered once.
 
 use super::memory::all;
 use super::{Assembler, OpenEnd, Turn};
@@ -12,27 +12,27 @@ use scanbound_ir::{Cell, Logic, Region, RegionSet, Step, Write, flow};
 use std::collections::BTreeSet;
 use std::ops::{DerefMut, Range};
 
-/// Once through all that has a turn.
+/// One pass over all actions in one possible order.
 pub(crate) struct Round {
-    /// By their numbers.
+    /// The actions in this order, by number.
     order: Vec<usize>,
-    /// Those that have ended alone, or those that go on; else both.
+    /// Some(true): only the actions that have ended run in this pass; Some(false): only the others. None: all.
     ended: Option<bool>,
-    /// On which controllers.
+    /// The reading (kind of controller) to which this pass belongs. None if it applies to all.
     of: Option<ActionOrder>,
 }
 
-/// What instructions read and write.
+/// The lasting cells that some instructions read and write.
 #[derive(Default)]
 struct Footprint {
     reads: Cells,
     writes: Cells,
-    /// Whether they may end the chart.
+    /// Whether they may end the chart, or have effects that are not known.
     ends: bool,
 }
 
 impl Footprint {
-    /// Whether it matters which of two comes first.
+    /// Whether the order of two groups of instructions matters.
     fn meets(&self, other: &Footprint) -> bool {
         self.ends
             || other.ends
@@ -42,7 +42,7 @@ impl Footprint {
     }
 }
 
-/// Cells, as stretches of which each begins behind the last one.
+/// Sorted, disjoint ranges of cells.
 #[derive(Default)]
 struct Cells(Vec<(Cell, u32)>);
 
@@ -75,7 +75,8 @@ impl Cells {
     }
 }
 
-/// The orders in which so many actions of a chart may be carried out.
+/// The possible passes over the actions of a chart. `stated` is the order that the user states, which leaves one order
+/// if it is clear.
 pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
     let Orders { declared, declared_is_clear, alphabetical } = orders;
     let stated = stated.filter(|one| *one != ActionOrder::Declared || *declared_is_clear);
@@ -94,8 +95,9 @@ pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round>
     .collect()
 }
 
-/// What so many steps of a chart carry out: in its order, or any two the other way round where two may be active at
-/// once. `may_be_any`: whether the steps that are active may be any, whatever the chart says.
+/// The possible passes over the hooks of `count` steps: the chart's own order and, where two steps may be active at
+/// once, a second pass with which any two can run the other way round. `may_be_any`: whether any steps may be active,
+/// whatever the chart says.
 pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Round> {
     let round = |of| Round { order: (0..count).collect(), ended: None, of: Some(of) };
     match is_sequence(chart) && !may_be_any {
@@ -104,14 +106,15 @@ pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Rou
     }
 }
 
-/// Whether exactly one step is active whatever happens: the chart begins with one, and each transition leads from one
-/// to one.
+/// Whether exactly one step is always active: there is one initial step, and each transition leads from one step to one
+/// step.
 fn is_sequence(chart: &Chart) -> bool {
     chart.steps.iter().filter(|step| step.initial).count() == 1
         && chart.transitions.iter().all(|one| one.from.len() == 1 && one.to.len() == 1)
 }
 
-/// Carries out what has turns, in one of the orders that these rounds say. `ended`: of each one, whether it has ended.
+/// Lowers actions in the orders of `rounds`; a free choice selects the order. `ended`: for each action, whether it has
+/// ended. `carry_out` lowers one action.
 pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
     host: &mut H,
     rounds: &[Round],
@@ -127,8 +130,9 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
     let ways: Vec<[Logic; 2]> = ended
         .iter()
         .map(|_| {
-            let other = host.differs("actions are not carried out as the chart names them");
-            let declared = host.differs("actions are carried out as they are declared");
+            let other =
+                host.differs("actions do not run in the order in which the chart names them");
+            let declared = host.differs("actions run in the order of their declarations");
             [host.keep_bit(other), host.keep_bit(declared)]
         })
         .collect();
@@ -151,7 +155,7 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
                 Some(false) => ended[at].clone().not(),
             };
             let (here, says) = host.unless_settled(all([of, part]));
-            // A copy stands where the first one does.
+            // A copy belongs to the same block as the first one.
             let after = host.program().blocks;
             if number > 0 {
                 host.program().blocks = blocks[at];
@@ -173,7 +177,8 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
 }
 
 impl Assembler {
-    /// What it makes no difference to is carried out in the first round alone.
+    /// Keeps only the first copy of each action that meets no other action, since its order does not matter, and clears
+    /// the others.
     pub(crate) fn settle_turns(&mut self, turns: &[Turn], own: &RegionSet) {
         let prints: Vec<Footprint> =
             turns.iter().map(|turn| self.footprint(&turn.copies[0], own)).collect();
@@ -195,7 +200,8 @@ impl Assembler {
         }
     }
 
-    /// What instructions, and those that they call, read and write of what outlasts them.
+    /// The footprint of a range of instructions and of all that they call. Temporary cells and the regions in `own`
+    /// (variables that are initialised at every call) are left out.
     fn footprint(&self, range: &Range<usize>, own: &RegionSet) -> Footprint {
         let program = &self.builder.program;
         let ends = program.instructions[range.clone()].iter().any(|one| one.step == Step::Return);

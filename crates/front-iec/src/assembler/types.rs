@@ -1,35 +1,35 @@
-//! What values are, as far as instructions need it: one bit, a number of a kind, or something that is not followed.
+//! The kinds of values that instructions distinguish: a bit, a number, or a value that is not modelled.
 
 pub(crate) use scanbound_iec_tree::types::{DINT, INT, Kind, TEXT, holding};
 
-/// What a value is.
+/// The kind of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Ty {
-    /// A truth value.
+    /// A Boolean.
     Bit,
-    /// A number.
+    /// A number of this kind.
     Number(Kind),
-    /// Text, or a whole, whose content is not followed.
+    /// A text, or a whole structure, array or instance. Its content is not modelled as one value.
     Whole,
 }
 
-/// What is told where a time is a number of another type.
+/// Reason for the report where a TIME is used as another type.
 pub(crate) const ANY_UNIT: &str =
-    "a time as a number of another type, in milliseconds or seconds: any value";
+    "a time is converted to another type in milliseconds or seconds: any value";
 
-/// What an operand moves besides what its load is charged.
+/// The size of an operand beyond one elementary value, for charging copies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// No more: it is one elementary value.
+    /// One elementary value: the charge of its load covers it.
     One,
-    /// So many elements of a structure, an array or an instance.
+    /// This many elements of a structure, an array or an instance.
     Elements(u64),
-    /// So many characters.
+    /// A text of this many characters.
     Characters(u64),
 }
 
 impl Extent {
-    /// One of two of which it is not told which is meant.
+    /// The larger of two extents, for an operand that may be either.
     pub(crate) fn larger(self, other: Extent) -> Extent {
         use Extent::{Characters, Elements, One};
         match (self, other) {

@@ -1,4 +1,4 @@
-//! Structures and arrays as wholes: assigned, handed over and given back; and values that later calls must not change.
+//! Copies of values: to temporaries that later writes do not change, and of whole structures and arrays.
 
 use super::Assembler;
 use super::open::parted;
@@ -8,12 +8,12 @@ use scanbound_ir::{
     BitSource, BitTarget, Cell, Logic, Number, Region, Tag, WordSource, WordTarget, Write,
 };
 
-/// More cells than this are not copied one by one.
+/// The most cells that are copied one by one.
 const MOST: u32 = 20_000;
 
 impl Assembler {
-    /// A value as it is now, in cells of its own. `merges`: another way may come to where it is kept with one that does
-    /// not fit its type.
+    /// Copies a value to new temporary cells; a constant becomes a DINT. `merges`: another path may later store a value
+    /// there that does not fit its type, so an integer also gets an overflow bit.
     pub(crate) fn stored(&mut self, value: Value, merges: bool) -> Value {
         match value {
             Value::Number(kind @ Kind::Whole { .. }, number) if merges => {
@@ -41,7 +41,8 @@ impl Assembler {
         }
     }
 
-    /// Writes a value to where another way has kept one for the same purpose; any value, if they are not of one kind.
+    /// Writes a value to the cells in which another path stored `known` with [`Assembler::stored`], and returns the
+    /// merged value. [`Value::Any`] if the two are of different kinds.
     pub(crate) fn merged(&mut self, known: Value, value: Value) -> Value {
         match (&known, value.clone()) {
             (Value::Bit(Logic::Bit(BitSource::Cell(cell))), Value::Bit(logic)) => {
@@ -84,7 +85,7 @@ impl Assembler {
         }
     }
 
-    /// A value as it is now, whatever is called next.
+    /// Copies a value to temporary cells, so that later calls do not change it. A constant stays a constant.
     pub(crate) fn frozen(&mut self, value: Value) -> Value {
         match value {
             Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
@@ -106,7 +107,7 @@ impl Assembler {
     }
 }
 
-/// What copies each cell of one to that of the other, if they are laid out alike.
+/// The writes that copy a tag to another one, cell by cell. None if their layouts differ or they have too many cells.
 pub(crate) fn copy_cells(from: &Tag, to: &Tag) -> Option<Vec<Write>> {
     if from.of != to.of {
         return None;

@@ -1,4 +1,4 @@
-//! What the actions of charts do: what stands in blocks themselves, actions that are called, Boolean variables.
+//! Lowers the actions of charts: inline code, called actions, and Boolean variables.
 
 use super::Lower;
 use super::bodies::BodyKey;
@@ -24,19 +24,19 @@ use scanbound_iec_tree::tree::{
 use scanbound_iec_tree::types::{Elementary, Type as Typed};
 use scanbound_ir::{Cell, Logic, Region, Step, Write};
 
-const DRAWN: &str = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: either, and any result ([sfc] drawn_conditions states which)";
+const DRAWN: &str = "controllers execute the blocks of a drawn condition in each scan, or where they evaluate the condition: both are assumed possible, with any result ([sfc] drawn_conditions states which)";
 
-/// A Boolean variable that may stay as it is where nothing switches its action.
+/// A Boolean variable that may keep its value where nothing switches its action.
 struct Kept {
-    /// The instruction that says so.
+    /// The instruction that writes the bit which allows this.
     says: usize,
     cell: Cell,
-    /// The instruction that writes it.
+    /// The instruction that writes the variable.
     writes: usize,
 }
 
 impl Lower<'_> {
-    /// Executes the actions of a chart. `outputs`: what came of the control of each.
+    /// Lowers the execution of a chart's actions. `outputs`: the result of each action's control.
     pub(super) fn actions(&mut self, own: &Own<'_>, outputs: &[Output]) {
         let rounds = turns::rounds(&own.chart.orders, self.options.charts.action_order);
         let ended: Vec<Logic> = outputs.iter().map(|output| output.on.clone().not()).collect();
@@ -58,8 +58,8 @@ impl Lower<'_> {
                     lower.action_called(own.at, call, &output.runs);
                 }
                 ActionBody::Computed(call, computed) => {
-                    // Other controllers execute these blocks where they evaluate the condition, and no run may rest on
-                    // what they take here.
+                    // Other controllers execute these blocks where they evaluate the condition. No real run depends on
+                    // the choice made here.
                     let elsewhere = lower.any_bit(DRAWN);
                     let skip = lower.jump(elsewhere, None);
                     lower.executed(own.at, call, output.runs.clone());
@@ -77,7 +77,7 @@ impl Lower<'_> {
         }
     }
 
-    /// Executes what stands in an action block itself.
+    /// Lowers the inline code of an action block, executed where `runs` is true.
     fn in_block(&mut self, at: &Context, body: (BodyKey, Language), code: &Code, runs: Logic) {
         let skip = self.jump(runs.not(), Assembler::jump_key());
         match code {
@@ -95,7 +95,8 @@ impl Lower<'_> {
         self.landing();
     }
 
-    /// A Boolean variable takes the value that its action has.
+    /// Assigns the state of an action to its Boolean variable. Returns the variable if it may keep its value, begins
+    /// with FALSE and nobody but the program writes it.
     fn action_variable(
         &mut self,
         at: &Context,
@@ -131,7 +132,8 @@ impl Lower<'_> {
         Some(Kept { says, cell, writes })
     }
 
-    /// Whether a variable of the unit, or a global one, begins with FALSE.
+    /// Whether a place is a whole variable that begins with FALSE: by its declared initial value or, unless it is local
+    /// to a method, by default.
     fn begins_off(&self, place: &Place) -> bool {
         let (Root::Variable(id), []) = (place.root, &place.steps[..]) else { return false };
         let one = self.tree.variable(id);
@@ -141,7 +143,7 @@ impl Lower<'_> {
         }
     }
 
-    /// Calls an action; where RETURN ends it, the chart may end there, too.
+    /// Lowers the call of an action. Where RETURN ends the action, on some controllers the chart ends too.
     fn action_called(&mut self, at: &Context, call: &Statement, runs: &Logic) {
         let Some(returned) = self.own_action(at, call) else {
             return self.executed(at, call, runs.clone());
@@ -155,7 +157,8 @@ impl Lower<'_> {
         self.landing();
     }
 
-    /// The bit that says that RETURN ended the action of the own instance that a statement calls.
+    /// The bit that records a RETURN, for a statement that calls an action of its own instance. None for other
+    /// statements, or if the action has no RETURN.
     fn own_action(&mut self, at: &Context, call: &Statement) -> Option<Cell> {
         let StatementKind::Call(Call { target: Target::Action(place, id), .. }) = &call.kind else {
             return None;
@@ -167,7 +170,7 @@ impl Lower<'_> {
         self.returned(at.instance, own)
     }
 
-    /// The bit that says that RETURN ended an action of an instance, if it has one.
+    /// The bit that records that RETURN ended an action of an instance. None if the action has no RETURN.
     pub(super) fn returned(&mut self, instance: usize, action: RoutineId) -> Option<Cell> {
         let Code::Statements(statements) = &self.tree.routine(action).code else { return None };
         let mut has_any = false;
@@ -185,7 +188,7 @@ impl Lower<'_> {
         Some(cell)
     }
 
-    /// Lets what the blocks of drawn conditions give be any value.
+    /// Gives any value to the outputs of the blocks of a drawn condition.
     fn open_computed(&mut self, at: &Context, computed: RoutineId, line: u32) {
         let Code::Statements(statements) = &self.tree.routine(computed).code else { return };
         let mut any = Vec::new();
@@ -212,7 +215,8 @@ impl Lower<'_> {
         self.program().approximate(at, DRAWN);
     }
 
-    /// What others read of what a block of a drawn condition writes.
+    /// The cells that a block of a drawn condition writes and other code can read. Records a fault for a function block
+    /// that the project declares.
     fn given_by(&mut self, spot: &super::spots::Spot, line: u32) -> Vec<Region> {
         match self.tree.types.get(spot.ty) {
             Typed::Block(_) => {
@@ -225,7 +229,7 @@ impl Lower<'_> {
                 self.fault(fault);
                 Vec::new()
             }
-            // What a timer remembers is not read by others.
+            // The inner state of a timer is not read by other code.
             Typed::Standard(block) if block.is_timer() => [Pin::Q, Pin::Et]
                 .into_iter()
                 .filter_map(|pin| self.stepped(spot, None, &PathStep::Pin(pin)))
@@ -237,7 +241,7 @@ impl Lower<'_> {
 }
 
 impl Lower<'_> {
-    /// What a chart reads and writes, and all that it calls.
+    /// Adds the effects of a chart and of all that it calls.
     pub(super) fn of_chart(
         &mut self,
         at: &Context,

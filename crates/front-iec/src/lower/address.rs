@@ -1,4 +1,4 @@
-//! Direct addresses: what is written into memory or outputs that two variables share, or may share, the other one sees.
+//! Direct addresses: a write to a variable is passed on to all variables that share its memory, or may share it.
 
 use super::spots::Spot;
 use crate::assembler::Assembler;
@@ -11,10 +11,11 @@ use scanbound_ir::{
 };
 use std::collections::BTreeSet;
 
-/// An area, and from where to where in it, in both ways of counting.
+/// An area (I, Q or M), and the half-open range of bits in it, once for each way of numbering.
 pub(super) type Bits = (char, [(u64, u64); 2]);
 
-/// The bits that an address takes: counted in bytes, as some count, and in units of its own size, as others do.
+/// The bits that an address covers in both ways of numbering: in bytes, and in units of its own size. None if it is not
+/// an I, Q or M address with numbers.
 pub(super) fn bits(address: &str) -> Option<Bits> {
     let rest = address.strip_prefix('%')?;
     let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
@@ -31,7 +32,7 @@ pub(super) fn bits(address: &str) -> Option<Bits> {
     let numbers = numbers.filter(|numbers| !numbers.is_empty())?;
     let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
     let at = match (size, numbers.len()) {
-        // A bit of a byte.
+        // A bit of a byte, such as `%MX0.3`.
         (1, 2..) => [first.checked_mul(8)?.checked_add(last)?; 2],
         (1, _) => [first; 2],
         _ => [first.checked_mul(8)?, first.checked_mul(size)?],
@@ -39,22 +40,22 @@ pub(super) fn bits(address: &str) -> Option<Bits> {
     Some((area, at.map(|at| (at, at.saturating_add(size)))))
 }
 
-/// A variable with an address.
+/// A variable with a direct address.
 pub(super) struct Located {
     pub(super) spot: Spot,
-    /// The kind of number that it is.
+    /// The kind of the variable, if it is a number.
     kind: Option<Kind>,
     address: String,
     pub(super) taken: Bits,
 }
 
 impl Located {
-    /// A variable at an address that is known.
+    /// A variable at a direct address. None if the address cannot be read.
     pub(super) fn new(spot: &Spot, kind: Option<Kind>, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
         let (area, mut taken) = bits(&address)?;
-        // A structure or an array takes more than its first part, and so does what is larger than its address says.
-        // Where there are several bits, each may take a byte.
+        // A structure or an array takes more than its first part, and so does a type larger than the address says. In
+        // an array or structure, each bit may take a whole byte.
         let [bits, words] = spot.tag.of.size()?;
         let bit = if bits > 1 { 8 } else { 1 };
         let size = match kind {
@@ -65,12 +66,13 @@ impl Located {
         Some(Located { spot: spot.clone(), kind, address, taken: (area, taken) })
     }
 
-    /// What another variable takes on when this one is written: the same value where both are one, else any.
+    /// What another variable becomes when this one is written: the same value if both have the same address and layout,
+    /// else any value.
     fn passes_to(&self, other: &Located) -> Passes {
         let one = self.spot.tag.cell().zip(other.spot.tag.cell());
         match one
             .filter(|_| self.address == other.address && self.spot.tag.of == other.spot.tag.of)
-            // Controllers differ in the bits of a time.
+            // Controllers represent TIME differently.
             .filter(|_| (self.kind == Some(Kind::Time)) == (other.kind == Some(Kind::Time)))
         {
             None => Passes::Any(other.spot.tag.regions()),
@@ -89,15 +91,15 @@ impl Located {
     }
 }
 
-/// What a variable takes on.
+/// The new content of a variable that shares memory with a written one.
 enum Passes {
     Same(Vec<Write>),
     Any(Vec<Region>),
 }
 
-/// The pairs whose first variable holds a cell, by the cells.
+/// An index from cells to the pairs of variables whose first variable contains the cell.
 struct Index {
-    /// First cells, counts and pairs, in the order of the cells: no two variables have a cell in common.
+    /// First cell, cell count and pair number, sorted by cell. The variables have no cells in common.
     all: Vec<(Cell, u32, usize)>,
 }
 
@@ -115,7 +117,7 @@ impl Index {
         Index { all }
     }
 
-    /// The pairs of which the first variable is written.
+    /// The pairs whose first variable a write changes.
     fn written(&self, write: &Write) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
         for region in flow::written_by(write) {
@@ -137,7 +139,7 @@ impl Index {
     }
 }
 
-/// The pairs of these that may share bits, in one of the ways of counting: the numbers of both.
+/// The pairs that may share bits in at least one way of numbering, as two indices.
 pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize)> {
     let all: Vec<Bits> = all.collect();
     let mut found = BTreeSet::new();
@@ -155,7 +157,8 @@ pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize
     found
 }
 
-/// Lets every write of a variable that shares memory with others be one of these, too; gives what shares memory.
+/// Extends every write of a variable to the variables that share its memory. Returns the cells of all variables that
+/// share memory. Refuses a VAR_IN_OUT argument that shares memory.
 pub(super) fn share(
     assembler: &mut Assembler,
     all: &[Located],
@@ -178,7 +181,7 @@ pub(super) fn share(
                     Passes::Same(writes) => writes,
                     Passes::Any(regions) => {
                         told.push(format!(
-                            "{} at {} may share memory with {} at {}: that may hold anything when this is written",
+                            "{} at {} may share memory with {} at {}: a write to the first may give the second any value",
                             one.spot.name, one.address, other.spot.name, other.address
                         ));
                         let choice = assembler.builder.choice();
@@ -200,11 +203,11 @@ pub(super) fn share(
         let mut written = effects.flat_map(|effect| index.written(&effect.write));
         if let Some((one, other)) = written.next().map(|pair| pairs[pair]) {
             let told = format!(
-                "{} at {} is handed over in and out, and may share memory with {} at {}, which is not followed",
+                "{} at {} is passed as VAR_IN_OUT, and may share memory with {} at {}, which is not modelled",
                 one.spot.name, one.address, other.spot.name, other.address
             );
             let help =
-                "copy it to a variable without an address before the call, and back behind it";
+                "copy it to a variable without an address before the call, and back after it";
             faults.push((*file, Fault::new(*line, told).code(Code::NotModelled).help(help)));
         }
     }

@@ -1,6 +1,5 @@
-//! Variables that a call hands over in and out: what is called changes the caller's own variable (IEC 61131-3,
-//! VAR_IN_OUT). They are followed as copies that are given back, so a call in which one variable has two names is
-//! refused.
+//! Checks for aliases of VAR_IN_OUT arguments. The called code changes the caller's own variable (IEC 61131-3).
+//! Lowering passes a copy and copies it back, so a call in which one variable has two names is refused.
 
 use super::cells::{Effects, add};
 use super::references::references_in;
@@ -16,7 +15,8 @@ use scanbound_iec_tree::tree::{
 use std::collections::BTreeSet;
 
 impl Lower<'_> {
-    /// Refuses a call that hands over a variable which what is called also reaches by another name.
+    /// Refuses a call with a VAR_IN_OUT argument that the called code also reaches by another name, or that has a
+    /// chart.
     pub(super) fn has_one_name(
         &mut self,
         at: &Context,
@@ -31,7 +31,7 @@ impl Lower<'_> {
                 && self.has_charts(tree.variable(*id).ty)
             {
                 let message = format!(
-                    "{} is handed over in and out, and has a chart, whose state is not followed there",
+                    "{} is passed as VAR_IN_OUT, and has a chart, whose state is not modelled there",
                     tree.variable(*id).name
                 );
                 let help = "call the instance where it is declared";
@@ -49,10 +49,10 @@ impl Lower<'_> {
             let own = self.found(|own, found| own.written(at, place, found));
             if own.meets(&before) || own.meets(&within) {
                 let message = format!(
-                    "{} is handed over in and out, and what is called may reach it by another name",
+                    "{} is passed as VAR_IN_OUT, and the called code may use it by another name",
                     place.text
                 );
-                let help = "hand over a variable of its own, and assign it before and after";
+                let help = "pass a separate variable, and copy it before and after the call";
                 return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
             }
             before.join(&own);
@@ -60,8 +60,9 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses a call that writes places of which it may change where they lie: the indices may be worked out before
-    /// the call or behind it. `within` is what the call itself does.
+    /// Refuses a call whose outputs go to places with run-time indices or references that the call may change, because
+    /// controllers evaluate these before or after the call. `within`: the effects of the call itself; `given`: its
+    /// arguments.
     pub(super) fn outputs_stay<'e>(
         &mut self,
         at: &Context,
@@ -79,8 +80,10 @@ impl Lower<'_> {
             for index in place.open_indices() {
                 let looked = self.found(|own, found| own.of_expr(at, index, found));
                 if index.calls() || within.changes(&looked) {
-                    let message =
-                        format!("what {} means may change while the call runs", place.text);
+                    let message = format!(
+                        "the variable that {} refers to may change while the call runs",
+                        place.text
+                    );
                     let help =
                         "assign the index or the address to a variable that nothing else writes";
                     return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
@@ -90,9 +93,9 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses a call that may change which instance its path means, or the other way round. Some compilers look the
-    /// instance up once, others again for each input, for the body and for each output; that of a method once, before
-    /// its arguments or behind them.
+    /// Refuses a call that may change which instance its path selects, or whose path changes what the call reads. Some
+    /// compilers look the instance up once, others again for each input, for the body and for each output. A method's
+    /// instance is looked up once, before or after its arguments.
     pub(super) fn index_stays(
         &mut self,
         at: &Context,
@@ -116,7 +119,7 @@ impl Lower<'_> {
             }
         });
         let (looked, then) = (self.lasting(at, looked), self.lasting(at, then));
-        // Some leave the whole call out where EN is false.
+        // Some controllers skip the whole call where EN is false.
         let is_again = match call.target {
             Target::Method(..) => call.enable.condition.is_some(),
             _ => !call.passed.is_empty() || call.enable.is_given(),
@@ -125,13 +128,14 @@ impl Lower<'_> {
         if !is_again && !then.changes(&looked) && !looked.changes(&then) {
             return self.charge_indices_again(at, place, call);
         }
-        let told = format!("which instance {} means may change within its call", place.text);
+        let told = format!("the instance that {} refers to may change within its call", place.text);
         let help =
             "assign the index or the reference to a variable that nothing in the call writes";
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses a call of which an output writes what another one writes, or what is handed over in and out.
+    /// Refuses a call in which an output is assigned to a variable that another output or a VAR_IN_OUT argument also
+    /// writes.
     pub(super) fn writes_each_once(
         &mut self,
         at: &Context,
@@ -151,8 +155,7 @@ impl Lower<'_> {
                     "{} is given two values by one call: controllers differ in which of them it keeps",
                     place.text
                 );
-                let help =
-                    "give the outputs variables of their own, and assign these behind the call";
+                let help = "give each output a separate variable, and copy these after the call";
                 return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
             }
             taken.push(own);
@@ -160,8 +163,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses a call that depends on the order in which it passes inputs and takes outputs: that in which they are
-    /// written, or that in which they are declared.
+    /// Refuses a call whose result depends on the order in which its inputs are passed and its outputs taken:
+    /// controllers use the written order or the declared order.
     pub(super) fn passes_in_any_order(
         &mut self,
         at: &Context,
@@ -199,7 +202,8 @@ impl Lower<'_> {
                         "{} is passed by a call that also reads it: controllers differ in which value is read",
                         spot.name
                     );
-                    let help = "assign what is read to a variable of its own before the call";
+                    let help =
+                        "assign the value that is read to a separate variable before the call";
                     return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
                 }
             }
@@ -207,8 +211,8 @@ impl Lower<'_> {
         self.outputs_stay(at, &written_by(call), std::iter::empty(), all, line)
     }
 
-    /// Whether an expression may read a parameter that lies in what `own` writes. Where it reads an instance whose
-    /// index is not known, another input or output of it is not the parameter.
+    /// Whether an expression may read a parameter, whose cells are the writes of `own`. In an instance with an unknown
+    /// index, other inputs and outputs are not this parameter.
     fn may_read(
         &mut self,
         at: &Context,
@@ -237,8 +241,8 @@ impl Lower<'_> {
         })
     }
 
-    /// Refuses a call whose arguments change what the others read, if they stand in an order that is neither that in
-    /// which they are declared nor its reverse: both are covered, and a third one is not.
+    /// Refuses a call in which three or more arguments depend on the order of their evaluation, unless they are written
+    /// in declared order. The written order and its reverse are modelled; a third order is not.
     pub(super) fn evaluates_in_two_orders(
         &mut self,
         at: &Context,
@@ -266,13 +270,13 @@ impl Lower<'_> {
         if tied.len() < 3 {
             return Ok(());
         }
-        let told = "arguments of one call change what the others read: controllers evaluate them as they are written or as they are declared";
-        let help = "give the arguments in the order in which they are declared, or assign what they call to variables before";
+        let told = "arguments of one call change what the others read: controllers evaluate them in written or in declared order";
+        let help = "write the arguments in declared order, or assign the results of their calls to variables first";
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses a call of an action or a method, from outside, that reaches what its instance's calls hand over in and
-    /// out: what the last call handed over is meant.
+    /// Refuses a call, from outside, of an action or method that uses a VAR_IN_OUT variable of its instance: the
+    /// argument of the instance's last call is meant.
     pub(super) fn member_names_handed(
         &mut self,
         called: (usize, Entry),
@@ -296,9 +300,10 @@ impl Lower<'_> {
             if own.meets(&effects) {
                 let name = &tree.variable(id).name;
                 let message = format!(
-                    "{name} is handed over in and out, and reached while no call of its instance hands it over"
+                    "{name} is a VAR_IN_OUT parameter, and is used outside of the calls of its instance that pass it"
                 );
-                let help = "copy it to a variable of the block in its body, or hand it over where it is needed";
+                let help =
+                    "copy it to a variable of the block in its body, or pass it where it is needed";
                 let code = FaultCode::NotModelled;
                 let fault = Fault::new(line, message);
                 return Err(fault.code(code).help(help));
@@ -308,7 +313,7 @@ impl Lower<'_> {
     }
 }
 
-/// What a call writes of the caller's: what it hands over in and out, its outputs, and ENO.
+/// The caller's places that a call writes: VAR_IN_OUT arguments, output targets and the target of ENO.
 pub(super) fn written_by(call: &Call) -> Vec<&Place> {
     let taken = call.passed.iter().filter_map(|(_, passed)| match passed {
         Passed::Output(place, _) => Some(place),
@@ -318,7 +323,7 @@ pub(super) fn written_by(call: &Call) -> Vec<&Place> {
     handed_over(call).chain(taken).chain(results).collect()
 }
 
-/// What a call hands over in and out.
+/// The caller's places that a call passes as VAR_IN_OUT.
 fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
     call.passed.iter().filter_map(|(_, passed)| match passed {
         Passed::InOut(one) => match &one.unconverted().kind {
@@ -329,14 +334,14 @@ fn handed_over(call: &Call) -> impl Iterator<Item = &Place> {
     })
 }
 
-/// Whether a place is found without a reference.
+/// Whether a path uses no reference.
 fn is_direct(place: &Place) -> bool {
     !matches!(place.root, Root::Target(_))
         && !place.steps.iter().any(|step| matches!(step, Step::Dereference))
 }
 
-/// Whether two places are different bits of numbers or different parts of structures, whatever elements of one variable
-/// they are parts of.
+/// Whether two places are different bits of integers, or different parts of structures, so that they cannot overlap
+/// even if their array indices are equal.
 fn are_other_parts(one: &Place, other: &Place) -> bool {
     let is_other = match (one.steps.last(), other.steps.last()) {
         (Some(Step::Bit(one)), Some(Step::Bit(other))) => one != other,
@@ -350,7 +355,8 @@ fn are_other_parts(one: &Place, other: &Place) -> bool {
         && is_direct(other)
 }
 
-/// Whether a place is a variable or a pin of an instance, and neither this one nor a part of it.
+/// Whether a place is a variable or pin of an instance, reached without a reference, and neither `parameter` nor a part
+/// of it.
 fn is_other_member(place: &Place, parameter: Parameter) -> bool {
     let is_own = |step: &Step| match (step, parameter) {
         (Step::Member(id), Parameter::Variable(own)) => *id == own,

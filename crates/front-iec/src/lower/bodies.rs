@@ -1,4 +1,4 @@
-//! Which bodies a project has.
+//! Numbers the bodies of a project, so that their statements can be counted.
 
 use scanbound_iec::Language;
 use scanbound_iec_tree::charts::ActionBody;
@@ -6,13 +6,13 @@ use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
 use scanbound_iec_tree::tree::Tree;
 use std::collections::BTreeMap;
 
-/// A routine, or what stands in a block of one that is a chart, by the number of the action there.
+/// Identifies a body: a routine (None), or the inline code of a chart's action, by the action's number in the chart.
 pub(super) type BodyKey = (RoutineId, Option<usize>);
 
-/// Numbers of bodies.
+/// The index of each body in the list of bodies.
 pub(super) type Bodies = BTreeMap<BodyKey, usize>;
 
-/// The bodies of a project; the conditions of transitions belong to their charts.
+/// Lists the bodies that have code, and numbers them. Conditions of transitions belong to the body of their chart.
 pub(super) fn bodies(tree: &Tree, found: &mut scanbound_ir::Statements) -> Bodies {
     let mut numbers = Bodies::new();
     let mut add = |at, name, language: Language, code: &Code| {

@@ -1,4 +1,4 @@
-//! Calls: values are passed, what is called is executed, results are taken.
+//! Lowers calls: pass the arguments, execute the routine, and take the results.
 
 use super::aliases::written_by;
 use super::cells::{Effects, add};
@@ -22,12 +22,12 @@ use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{Logic, Number, Step, TimingKey};
 
 impl Lower<'_> {
-    /// What a call gives.
+    /// Lowers a call and returns its result. [`Value::Any`] if it has none, or if its content is not modelled.
     pub(super) fn called(&mut self, at: &Context, call: &Call, line: u32) -> Result<Value, Fault> {
         self.called_for(at, call, true, line)
     }
 
-    /// What a call gives, if that is asked for.
+    /// Lowers a call. Returns its result if `is_asked`, else [`Value::Any`].
     fn called_for(
         &mut self,
         at: &Context,
@@ -87,8 +87,8 @@ impl Lower<'_> {
         }
     }
 
-    /// A call of which a part of what it gives is named behind it, by what has these effects. Refuses what gives that
-    /// another meaning before it is looked at.
+    /// Lowers a call whose result is only used in part, by code with the effects `then`. A fault if that code, or the
+    /// call itself, may change which result is meant before it is used.
     pub(super) fn call_before(
         &mut self,
         at: &Context,
@@ -113,8 +113,9 @@ impl Lower<'_> {
         }
         self.of_call(at, call, &mut called);
         if then.changes(&own) || called.changes(&looked) {
-            let told = "what a property gives may change before a part of it is taken or written";
-            let help = "assign what it gives to a variable of its own, and name the part of that";
+            let told = "the result of a property may change before a part of it is read or written";
+            let help =
+                "assign the result to a separate variable, and use the part of that variable";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
         self.called_for(at, call, false, line).map(|_| ())
@@ -149,7 +150,8 @@ impl Lower<'_> {
         self.end_call(at, &callee, enabled, call, tree.routine(method).result, line)
     }
 
-    /// A call with the parameters of the method that takes the place of the one that it names.
+    /// The call with its parameters replaced by those of the overriding method that is executed. A fault if that method
+    /// lacks a parameter, or if the call omits a VAR_IN_OUT argument.
     fn passed_to_own(&self, method: RoutineId, call: &Call, line: u32) -> Result<Call, Fault> {
         let tree = self.tree;
         let mut call = call.clone();
@@ -169,15 +171,16 @@ impl Lower<'_> {
             None => Ok(call),
             Some(id) => {
                 let name = &tree.variable(*id).name;
-                let told = format!("{name} is handed over in and out, and this call leaves it out");
-                let help = "hand it over in every call: what a call without it means differs";
+                let told = format!("this call does not pass the VAR_IN_OUT parameter {name}");
+                let help =
+                    "pass it in every call: controllers differ in what a call without it does";
                 Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
             }
         }
     }
 
-    /// Refuses a method that a base has as PRIVATE, too: by the standard's third edition the base's own calls mean that
-    /// one, and not all controllers do so.
+    /// Refuses a call of a method whose name a base unit also has as a PRIVATE method. In the third edition of the
+    /// standard, the base's own calls mean that one; not all controllers do so.
     fn is_one_method(&self, instance: usize, method: RoutineId, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let own = tree.routine(method);
@@ -187,13 +190,16 @@ impl Lower<'_> {
         if !{ methods }.skip(1).any(|one| one.is_private) {
             return Ok(());
         }
-        let told =
-            format!("{} is a PRIVATE method of a base, too: which one is meant differs", own.name);
+        let told = format!(
+            "{} is also a PRIVATE method of a base: controllers differ in which one they call",
+            own.name
+        );
         let help = "give one of the two another name";
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Calls each instance that a reference can mean; what it gives, if it is such a call.
+    /// Lowers a call through a reference, as a call of each instance that the reference may point to. Returns the
+    /// result, or None if the call uses no reference.
     fn called_through(
         &mut self,
         at: &Context,
@@ -226,7 +232,7 @@ impl Lower<'_> {
         })
     }
 
-    /// Ends a call of a function or a method; its result.
+    /// Completes a call of a function or method: sets ENO and returns the result.
     fn end_call(
         &mut self,
         at: &Context,
@@ -252,7 +258,7 @@ impl Lower<'_> {
         if spot.tag.cell().is_none() {
             return Value::Any;
         }
-        // It is kept, since another call may follow in the same expression.
+        // The result is copied, since another call may follow in the same expression.
         match self.read_spot(spot) {
             value @ Value::Address(..) => self.frozen(value),
             Value::Bit(logic) => Value::Bit(self.keep_bit(logic)),
@@ -266,7 +272,7 @@ impl Lower<'_> {
         }
     }
 
-    /// A call as a statement.
+    /// Lowers a call that is a statement: its result, if any, is not used.
     pub(super) fn call_statement(
         &mut self,
         at: &Context,
@@ -285,7 +291,7 @@ impl Lower<'_> {
         if let Target::Action(..) | Target::BaseBody(_) | Target::Program(..) = &call.target
             && call.enable.is_given()
         {
-            let told = "EN and ENO of an action, of a program or of SUPER^ are not followed";
+            let told = "EN and ENO of an action, of a program or of SUPER^ are not modelled";
             let help = "call it within IF";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
@@ -397,7 +403,7 @@ impl Lower<'_> {
         self.end_enabled(at, enabled, &call.enable, (&outputs, None), line).map(|_| ())
     }
 
-    /// The instance that a place is.
+    /// The index of the function block instance at a place. A fault if its array index is not known.
     pub(super) fn instance_of(
         &mut self,
         at: &Context,
@@ -413,7 +419,7 @@ impl Lower<'_> {
         }
     }
 
-    /// Calls a routine of an instance.
+    /// Adds a call of a routine of an instance. Its target is set when the routine is lowered.
     pub(super) fn call(&mut self, instance: usize, entry: Entry) {
         self.call_as(called(), instance, entry);
     }
@@ -425,7 +431,7 @@ impl Lower<'_> {
         self.routines.open.push((at, instance, entry));
     }
 
-    /// Where a parameter lies.
+    /// The memory place of a parameter of what is called. None if it has none.
     pub(super) fn parameter(&mut self, callee: &Callee, one: Parameter) -> Option<Spot> {
         match (callee, one) {
             (Callee::Unit(spot, unit), Parameter::Variable(id)) => self.member(spot, *unit, id),
@@ -439,7 +445,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Gives inputs their values. All are worked out first: one of them may call what the others are handed to.
+    /// Passes the arguments of a call. All are evaluated before any is passed, because one argument may call the block
+    /// that receives the others.
     fn hand_over(
         &mut self,
         at: &Context,
@@ -455,7 +462,7 @@ impl Lower<'_> {
             let Some(target) = self.parameter(callee, *parameter) else { continue };
             match passed {
                 Passed::ByValue(one) => one_way.push((target, one.unconverted())),
-                // What is handed over in and out is what the others have left of it.
+                // VAR_IN_OUT arguments are evaluated last: they have the values that the other arguments leave.
                 Passed::InOut(one) => both.push((target, one.unconverted())),
                 Passed::Output(..) | Passed::Dropped => {}
             }
@@ -489,7 +496,7 @@ impl Lower<'_> {
         for (from, target, is_both) in wholes {
             self.are_of_one_type(&from, &target, line)?;
             let key = match is_both {
-                // In and out an address is handed over.
+                // For VAR_IN_OUT, the PLC passes an address: one store.
                 true => Assembler::key(&["ST"], "move"),
                 false => self.store_key(&target, None, line)?,
             };
@@ -507,7 +514,7 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// The structure or array that an expression is, if it is one.
+    /// The place of an expression that names a whole structure, array or instance. None for any other expression.
     fn whole(&mut self, at: &Context, one: &Expr, line: u32) -> Result<Option<Found>, Fault> {
         let ExprKind::Read(place) = &one.kind else { return Ok(None) };
         if let scanbound_iec_tree::tree::Root::Temporary(_) = place.root {
@@ -523,7 +530,7 @@ impl Lower<'_> {
         self.find(at, place, line).map(Some)
     }
 
-    /// Takes outputs, and gives what was handed over in and out back.
+    /// After a call: copies VAR_IN_OUT arguments back to the caller's variables, then assigns the outputs.
     fn take_back(
         &mut self,
         at: &Context,
@@ -531,7 +538,7 @@ impl Lower<'_> {
         call: &Call,
         line: u32,
     ) -> Result<(), Fault> {
-        // What is handed over in and out is the caller's own variable: it has its value before any output is taken.
+        // A VAR_IN_OUT argument is the caller's own variable, so it has its new value before any output is taken.
         for is_both in [true, false] {
             for (parameter, passed) in &call.passed {
                 let (target, negated) = match (passed, is_both) {
@@ -576,7 +583,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// What is not handed over begins anew: as it is declared, else with 0.
+    /// Initialises those of these variables that are set again at each call: locals, outputs and inputs that the call
+    /// does not pass. Each gets its declared initial value, or else 0.
     pub(super) fn begin_anew(
         &mut self,
         at: &Context,
@@ -599,7 +607,7 @@ impl Lower<'_> {
         for &id in variables {
             let one = tree.variable(id);
             let begins = match one.section {
-                // The constants of a unit are known by their declaration.
+                // Constants of a unit have their declared values at all times.
                 Section::Local | Section::Temp | Section::Output => {
                     !one.constant || at.frame.is_some()
                 }
@@ -648,8 +656,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Refuses what begins anew with each call and holds what is not followed then: FB_Init takes its time in each
-    /// call.
+    /// Refuses a variable that is initialised at each call if that cannot be modelled: it has an initialisation method
+    /// (FB_Init), which takes time in each call, or it holds references together with an initial value or instances.
     fn begins_plain(&self, spot: &Spot, given: bool, line: u32) -> Result<(), Fault> {
         let holds = !self.tree.types.is_reference(spot.ty)
             && self.tree.has_reference(spot.ty)
@@ -657,20 +665,23 @@ impl Lower<'_> {
         if !self.begins_with_method(spot.ty) && !holds {
             return Ok(());
         }
-        let what = format!("{} begins anew with each call, which is not followed", spot.name);
-        let help = "declare it where it lasts: as VAR of a function block or of the program";
+        let what = format!(
+            "{} begins anew with each call, which is not modelled for this type",
+            spot.name
+        );
+        let help = "declare it as VAR of a function block or of a program";
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Refuses what begins anew with each call and calls something then, unless it is one value that is worked out
-    /// there.
+    /// Refuses a variable that is initialised at each call if its type or its initial value has calls or reads that
+    /// take time then. The initial value of one non-constant elementary or text variable may have them.
     fn begins_without_call(&self, id: VarId, line: u32) -> Result<(), Fault> {
         let one = self.tree.variable(id);
         let is_single =
             matches!(self.tree.types.get(one.ty), Typed::Elementary(_) | Typed::Text(_));
         let mut is_open = one.type_calls;
         if let Some(initial) = one.initial.as_ref().filter(|_| !is_single || one.constant) {
-            // Each element of a list takes the time of its value.
+            // In a list, evaluating the value of each element would take time.
             initial.each(&mut |inner| {
                 is_open |= matches!(
                     inner.kind,
@@ -685,7 +696,7 @@ impl Lower<'_> {
             return Ok(());
         }
         let what = format!(
-            "{} begins anew with each call, and its initial value is worked out then, which is not followed",
+            "{} begins anew with each call, and its initial value is evaluated then, which is not modelled",
             one.name
         );
         let help = "assign the value in the body";
@@ -693,7 +704,7 @@ impl Lower<'_> {
     }
 }
 
-/// Whether an initial value takes time: it is more than a number, a list of such, or one that is not read.
+/// Whether an initial value takes time to evaluate: it is more than a literal or a list of literals.
 fn is_worked_out(initial: &Expr) -> bool {
     match &initial.kind {
         ExprKind::Negate(inner) | ExprKind::Not(inner) | ExprKind::Convert(inner) => {
@@ -711,7 +722,7 @@ fn is_worked_out(initial: &Expr) -> bool {
     }
 }
 
-/// What prices a call.
+/// The timing key of a call.
 fn called() -> TimingKey {
     Assembler::key(&["CAL"], "call")
 }

@@ -1,22 +1,23 @@
-//! Sets of cells: what code reads and writes.
+//! Sets of cells, and the effects of code as such sets.
 
 use scanbound_ir::{Cell, Region};
 use std::collections::BTreeSet;
 
-/// Cells, as stretches.
+/// Ranges of cells, as first cell and count. They may overlap.
 pub(super) type Cells = BTreeSet<(Cell, u32)>;
 
-/// What code reads and writes.
+/// The effects of code: the cells that it reads and writes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Effects {
     pub(super) reads: Cells,
     pub(super) writes: Cells,
-    /// Whether it may do anything.
+    /// Whether it may read or write anything, since it is not fully known.
     pub(super) anything: bool,
 }
 
 impl Effects {
-    /// Whether this writes what the other one reads or writes.
+    /// Whether this code writes a cell that the other code reads or writes, or may do so because one of them is not
+    /// fully known.
     pub(super) fn changes(&self, other: &Effects) -> bool {
         let meets = |one: &Cells, two: &Cells| one.iter().any(|own| meet(own, two));
         let is_idle =
@@ -27,7 +28,7 @@ impl Effects {
             || meets(&self.writes, &other.writes)
     }
 
-    /// Whether either reads or writes what the other one does.
+    /// Whether both access a common cell, be it only for reading.
     pub(super) fn meets(&self, other: &Effects) -> bool {
         self.changes(other)
             || other.changes(self)
@@ -40,7 +41,7 @@ impl Effects {
         self.anything |= other.anything;
     }
 
-    /// Only what lasts, as `lasts` says of a region.
+    /// Keeps only the regions for which `lasts` is true.
     pub(super) fn lasting(mut self, lasts: impl Fn(Region) -> bool) -> Effects {
         let lasts = |&(first, count): &(Cell, u32)| lasts(Region::Range { first, count });
         self.reads.retain(lasts);
@@ -49,11 +50,11 @@ impl Effects {
     }
 }
 
-/// Whether a stretch has a cell of others.
+/// Whether a range overlaps any range of a set.
 fn meet(one: &(Cell, u32), others: &Cells) -> bool {
     let (first, count) = *one;
     let end = (first.plus(count), 0);
-    // Stretches may lie in each other, so that more than the last one before may reach here.
+    // Ranges may contain each other, so not only the last one before `end` can reach this one.
     others
         .range(..end)
         .rev()
@@ -69,7 +70,7 @@ pub(super) fn add(found: &mut Cells, regions: Vec<Region>) {
     }
 }
 
-/// Whether a region has all cells of another one.
+/// Whether a region contains all cells of another one.
 pub(super) fn encloses(region: Region, other: Region) -> bool {
     match other {
         Region::Range { first, count } => {

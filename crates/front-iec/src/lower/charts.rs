@@ -1,4 +1,4 @@
-//! Charts as instructions: steps and stored actions are bits that nobody else knows.
+//! Lowers charts to instructions: steps and stored actions are bits that only the chart accesses.
 
 use super::Lower;
 use super::spots::Context;
@@ -24,13 +24,13 @@ use scanbound_ir::{Cell, Logic, Step, Tag};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
-/// What matiec does differently when a chart begins.
+/// Text of a reading: how matiec differs when a chart begins.
 const NOT_ENTERED: &str = "initial steps are not entered in the first scan";
 
-/// A chart that is lowered.
+/// The chart that is being lowered.
 pub(super) struct Own<'c> {
     pub(super) at: &'c Context,
-    /// The routine that it is.
+    /// The routine whose code is this chart.
     pub(super) id: RoutineId,
     pub(super) chart: &'c Chart,
     pub(super) written: &'c Written,
@@ -38,7 +38,8 @@ pub(super) struct Own<'c> {
 }
 
 impl<'t> Lower<'t> {
-    /// What the chart of a routine of an instance remembers.
+    /// The state memory of the chart of a routine in an instance, which is created if it is new. None if the routine is
+    /// not a chart, or if there is no room.
     pub(super) fn chart_memory(&mut self, instance: usize, id: RoutineId) -> Option<Rc<Memory>> {
         if let Some(known) = self.charts.memories.get(&(instance, id)) {
             return Some(known.clone());
@@ -48,7 +49,8 @@ impl<'t> Lower<'t> {
         let tag = self.chart_tag(instance, id, chart)?;
         let memory = Rc::new(memory(chart, &tag)?);
         self.charts.memories.insert((instance, id), memory.clone());
-        // The power may fail in the midst of a scan, and the chart goes on with what stood there.
+        // A retained chart has no invariants: the power may fail within a scan, and the chart continues with the state
+        // at that moment.
         let invariants = match self.is_retained(instance) {
             true => Vec::new(),
             false => {
@@ -83,7 +85,7 @@ impl<'t> Lower<'t> {
         self.hidden(&name, layout(chart))
     }
 
-    /// Whether a step is active, or for how long.
+    /// Lowers a read of a step flag (`STEP.X`) or of a step time (`STEP.T`).
     pub(super) fn step_flag(
         &mut self,
         at: &Context,
@@ -111,8 +113,8 @@ impl<'t> Lower<'t> {
         Ok(Value::Bit(any([active, early])))
     }
 
-    /// Refuses what is asked of a chart in whose place an instance executes another one: the other one may have a step
-    /// of the same name.
+    /// Refuses a step flag or time of a chart that the instance replaces by another chart, which may have a step of the
+    /// same name.
     fn is_one_chart(&self, instance: usize, chart: RoutineId, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let unit = self.instances[instance].unit;
@@ -124,14 +126,14 @@ impl<'t> Lower<'t> {
             return Ok(());
         }
         let what = format!(
-            "{} has a chart in the place of that of its base: which of the two has the step is not followed",
+            "{} replaces the chart of its base: it is not known which of the two charts has the step",
             self.instances[instance].spot.name
         );
-        let help = "ask for the step in its own chart, and take the answer into a variable";
+        let help = "read the step flag within its own chart, and assign it to a variable";
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Lowers the chart that a routine is.
+    /// Lowers the chart of a routine.
     pub(super) fn chart(&mut self, at: &Context, id: RoutineId, chart: &Chart) {
         let written = &chart.written;
         let Some(memory) = self.chart_memory(at.instance, id) else {
@@ -151,8 +153,8 @@ impl<'t> Lower<'t> {
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
         self.times_go_on(&own.memory);
-        // matiec evaluates transitions in the first scan, too, and enters no step then. It takes actions as they are
-        // declared, and is not the controller of files of CODESYS and TwinCAT.
+        // matiec also evaluates transitions in the first scan, but enters no step then. It executes actions in the
+        // order of their declarations, and its projects are not files of CODESYS or TwinCAT.
         let may_be_matiec = !self.options.charts.actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
@@ -162,7 +164,7 @@ impl<'t> Lower<'t> {
             self.act(&own, may_be_matiec);
         }
         let looks = match may_be_matiec {
-            true => all([first, self.differs("the first scan looks at transitions")]),
+            true => all([first, self.differs("transitions are evaluated in the first scan")]),
             false => Logic::Const(false),
         };
         let skip = self.jump(all([begins, looks.not()]), None);
@@ -178,7 +180,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Lets what a chart remembers be as at first. `first`: whether this is the first scan.
+    /// Resets the state of a chart to its beginning where `begins` is true. `first`: whether this is the first scan.
     fn begin_chart(&mut self, own: &Own<'_>, begins: &Logic, first: &Logic, may_be_matiec: bool) {
         let memory = &own.memory;
         let mut resets = vec![set(memory.started, Logic::Const(true))];
@@ -199,7 +201,7 @@ impl<'t> Lower<'t> {
             let was = if step.initial { entered.clone() } else { Logic::Const(false) };
             resets.push(set(cell, was));
         }
-        // A pulse comes where a step is entered.
+        // A pulse occurs only where a step is entered.
         for action in &memory.actions {
             let pulses = action.feeds.iter().zip(&action.inputs).filter(|(feed, _)| {
                 matches!(feed.qualifier, Qualifier::P | Qualifier::P1)
@@ -322,20 +324,20 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// On some controllers the steps of a transition that clears by its priority are off at once, for all conditions
-    /// behind it.
+    /// Clears the flags of the steps `from` of a transition with a priority as soon as it clears, on the controllers
+    /// that do so. Conditions evaluated later in the scan then see these steps as inactive.
     fn flags_end_early(&mut self, memory: &Memory, from: &[usize], clears: Cell) {
         if self.options.charts.actions_first {
             return;
         }
-        let early = self.differs("a transition with a priority ends its steps at once");
+        let early = self.differs("a transition with a priority clears its step flags at once");
         let stays = self.keep_bit(all([Logic::cell(clears), early]).not());
         let flags = from.iter().map(|&step| memory.steps[step]);
         let ends = flags.map(|flag| set(flag, all([Logic::cell(flag), stays.clone()])));
         self.write(ends.collect());
     }
 
-    /// Steps, then what they execute as they end, as they begin and while they are active, then actions.
+    /// Lowers the steps, then their exit, entry and active code, then the actions.
     fn act(&mut self, own: &Own<'_>, may_be_matiec: bool) {
         let (chart, memory) = (own.written, &own.memory);
         for (step, one) in chart.steps.iter().enumerate() {
@@ -345,13 +347,13 @@ impl<'t> Lower<'t> {
         }
         self.hooks(own);
         for one in &chart.macros {
-            // A macro step has a flag and a time of its own to keep up.
+            // A macro step has its own flag and time.
             self.at(one.line, &format!("STEP {}", one.name));
             let key = Assembler::key(&["STEP"], "nothing");
             self.act_where(key, Vec::new(), memory.active(&one.steps));
         }
         let whole = Whole {
-            reset_only_stored: self.differs("R holds off only what is stored"),
+            reset_only_stored: self.differs("R ends only stored actions"),
             no_final_scan: self.differs("actions have no final scan"),
             not_entered: match may_be_matiec {
                 true => self.differs(NOT_ENTERED),
@@ -380,10 +382,10 @@ impl<'t> Lower<'t> {
         self.actions(own, &outputs);
     }
 
-    /// Executes what steps do besides their action blocks.
+    /// Lowers the exit, entry and active code of steps.
     fn hooks(&mut self, own: &Own<'_>) {
         let memory = &own.memory;
-        // The power may fail in the midst of a scan: then the markings that are kept may be any.
+        // A power failure within a scan may leave any retained marking.
         let may_be_any =
             self.options.charts.competing.may_all_clear() || self.is_retained(own.at.instance);
         let which: [fn(&Hooks) -> &Option<Statement>; 3] =
@@ -412,7 +414,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Of each input of an action's control, whether its time is 0 or less.
+    /// For each input of an action's control: whether its time is 0 or less, so that it may expire at once.
     fn times_over(
         &mut self,
         at: &Context,
@@ -426,7 +428,7 @@ impl<'t> Lower<'t> {
                 continue;
             };
             if let ExprKind::Time(time) = time.kind {
-                // Where a time of 0 ends at once, and whether it ends at all, controllers differ.
+                // Controllers differ in when a time of 0 ends, and whether it ends at all.
                 found.push(match time {
                     ..=0 => self.left_open(),
                     _ => Logic::Const(false),
@@ -446,7 +448,7 @@ impl<'t> Lower<'t> {
         found
     }
 
-    /// Executes a statement where a condition holds; it is counted with what it belongs to.
+    /// Lowers a statement that is executed where `fires` is true. It is not counted as a statement by itself.
     pub(super) fn executed(&mut self, at: &Context, one: &Statement, fires: Logic) {
         let skip = self.jump(fires.not(), Assembler::jump_key());
         let around = self.leave_out();
@@ -475,5 +477,5 @@ impl Accesses for AsksFlags {
 }
 
 fn no_room(line: u32) -> Fault {
-    Fault::new(line, "there is no room for the chart")
+    Fault::new(line, "the chart is too large for the memory that is modelled")
 }

@@ -1,4 +1,4 @@
-//! Which instructions a statement becomes (`docs/sfc.md` says what counts as one).
+//! Finds which statements to count while they are lowered (`docs/sfc.md` says what counts as one).
 
 use super::Lower;
 use super::bodies::BodyKey;
@@ -9,18 +9,19 @@ use scanbound_iec_tree::declarations::RoutineId;
 use scanbound_iec_tree::tree::{ExprKind, Root, Statement, StatementKind, Target};
 
 impl Lower<'_> {
-    /// What is lowered from here on is this routine; gives what to go back to.
+    /// Starts counting the statements of a routine. Returns the state to pass to
+    /// [`Assembler::leave`](crate::assembler::Assembler::leave).
     pub(super) fn enter_routine(&mut self, id: RoutineId) -> Option<Current> {
         self.enter((id, None), self.tree.routine(id).language)
     }
 
-    /// The same of a body.
+    /// Starts counting the statements of a body, as [`Lower::enter_routine`].
     pub(super) fn enter(&mut self, body: BodyKey, language: Language) -> Option<Current> {
         let known = self.bodies.get(&body).copied();
         self.assembler().enter_body(known, language != Language::St)
     }
 
-    /// A statement begins; `end_statement` ends it.
+    /// Begins counting a statement; `end_statement` ends it.
     pub(super) fn begin_counted(&mut self, one: &Statement) -> Counted {
         let here = self.builder.next();
         let is_kept = self.keeps_a_value(one);
@@ -34,21 +35,22 @@ impl Lower<'_> {
             return Counted::Kept;
         }
         let from = current.kept_from.take().map_or(here, |(from, _)| from);
-        // A drawn block with EN is an IF around its call.
+        // A block with EN in a diagram is lowered as an IF around its call.
         let covers = current.keeps && matches!(one.kind, StatementKind::If(..));
         current.is_within |= covers;
         let at = self.range(from, one.line, &one.text, 1);
         Counted::Begun { at, covers }
     }
 
-    /// Whether a statement only keeps what leads to the next one: not a block that is drawn, whose result is kept, too.
+    /// Whether a statement only keeps a value for the next one. A block in a diagram, whose result is kept too, is a
+    /// statement itself.
     fn keeps_a_value(&self, one: &Statement) -> bool {
         match &one.kind {
             StatementKind::Keep(_, value) => !matches!(
                 value.kind,
                 ExprKind::Call(_) | ExprKind::Standard(_) | ExprKind::Either(_)
             ),
-            // The memory of an edge that is drawn.
+            // The state of an edge contact in a diagram.
             StatementKind::Call(call) => match &call.target {
                 Target::Standard(place, _) | Target::Instance(place, _) => match place.root {
                     Root::Variable(id) => self.tree.variable(id).is_internal,

@@ -1,4 +1,4 @@
-//! From a project to a program by the typed tree: tasks, instances of programs, routines.
+//! Lowers a project to a program: tasks, instances of programs, and the routines that these call.
 
 use super::address::{self, Located};
 use super::first_values::FIRST_SCAN;
@@ -24,20 +24,20 @@ use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree}
 use scanbound_ir::{MissingRoutine, Program, Region, RegionSet, SourceFile, Step, Write, flow};
 use std::collections::{BTreeSet, HashSet};
 
-/// What the text of a project shows of the tool that it is for.
+/// Properties of the programming tool that the project's text shows.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SourceTraits {
-    /// Whether methods are carried out before the first scan that no block names (`call_after_init` of CODESYS).
+    /// Whether the tool may execute methods before the first scan that no code calls (`call_after_init` of CODESYS).
     pub(crate) begins_with_more: bool,
-    /// Whether actions come before transitions, as CODESYS and TwinCAT have it.
+    /// Whether a chart's actions are executed before its transitions are evaluated, as CODESYS and TwinCAT do.
     pub(crate) actions_first: bool,
 }
 
-/// What a project means. `with_unused`: whether function blocks with charts are looked at, too, that no program has an
-/// instance of.
+/// Lowers a project to a program. `with_unused` also lowers function blocks with charts that no program has an instance
+/// of.
 ///
 /// # Errors
-/// All faults.
+/// Returns all faults found. If the time limit or the user ended lowering, the only error says so.
 pub(crate) fn decode(
     project: &Project,
     dialect: &str,
@@ -105,7 +105,7 @@ impl<'t> Lower<'t> {
         }
         for (number, task) in tasks.iter().enumerate() {
             entries.push(self.builder.next());
-            // Of several tasks it is not told which one begins.
+            // With several tasks, it is not known which one runs first.
             if tasks.len() == 1 && self.has_first_values() {
                 first = self.first_scan();
             }
@@ -116,7 +116,7 @@ impl<'t> Lower<'t> {
                 }
                 image = self.begin_image();
             }
-            // What tasks call is theirs: they may be in the midst of the same routine at once.
+            // Each task has its own copies of the routines, because two tasks may be inside the same routine at once.
             self.routines.task = number;
             self.routines.known.clear();
             self.effects.clear();
@@ -157,7 +157,7 @@ impl<'t> Lower<'t> {
             return Err(told(project, faults));
         }
         let (mut known, values) = self.power_up(traits.begins_with_more);
-        // What shares memory begins with what either of them declares.
+        // Variables that share memory begin with the value that either of them declares.
         known.cleared.retain(|own| !shared.overlaps(*own));
         known.latched = RegionSet::from_iter(known.latched).into_regions();
         self.assembler().note_first_values(first, values, &shared, &mut known);
@@ -172,7 +172,7 @@ impl<'t> Lower<'t> {
         Ok(finish(program, tree, project, tasks, &entries, main, asked))
     }
 
-    /// Errors about what is stated of the controller although this project does not depend on it.
+    /// One error for each statement of the user about the controller on which nothing in this project depends.
     fn unknown_readings(&self, facts: &Facts) -> Vec<Diagnostic> {
         let all = self.stated_readings.iter();
         let (met, not): (Vec<_>, Vec<_>) = all.partition(|(_, (is_met, _))| *is_met);
@@ -192,13 +192,13 @@ impl<'t> Lower<'t> {
         not.into_iter().map(fault).collect()
     }
 
-    /// Whether any variable begins with a number that is not 0: nothing is to be written without one.
+    /// Whether any lasting variable has an initial value other than 0. If not, no initial values need to be written.
     fn has_first_values(&self) -> bool {
         let mut all = self.tree.variables.iter();
         all.any(|one| is_lasting(one.owner) && !one.is_given() && one.begins.has_number())
     }
 
-    /// Places the instances of programs: code of each task may name those of others.
+    /// Creates the instances of all programs first, since the code of one task may name programs of another.
     fn place_programs(&mut self, tasks: &[&Task]) {
         for task in tasks {
             let placed = task.programs.iter().flatten().map(|&at| self.program_instance(at));
@@ -207,7 +207,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Calls an instance of each function block with charts.
+    /// Adds a call of an instance of each function block that has charts, and of each of its actions that is a chart.
     fn unused_charts(&mut self) {
         let tree = self.tree;
         for (at, unit) in tree.units.iter().enumerate() {
@@ -226,7 +226,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// An instance of a program, and its call.
+    /// Adds the call of a program, with the copies of its connected inputs before it and of its outputs after it.
     fn program_called(&mut self, at: usize) {
         let tree = self.tree;
         let program = &tree.programs[at];
@@ -245,7 +245,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Copies what an instance's inputs are connected to, or its outputs.
+    /// Copies the values connected to a program's inputs or, if `outputs`, from its outputs to the connected variables.
     fn connect(&mut self, instance: usize, connected: &Connected, outputs: bool) {
         let around = std::mem::replace(&mut self.file, connected.file);
         let file = u32::try_from(self.file).unwrap_or(u32::MAX);
@@ -281,7 +281,7 @@ impl<'t> Lower<'t> {
             return self.copied_to(Found::Spot(own), value, line);
         };
         let Some(other) = self.spot(&at, place, line)? else {
-            let told = "what a program is connected to is not followed";
+            let told = "this connection of a program is not modelled";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled));
         };
         let (from, to) = if pair.is_output { (own, other) } else { (other, own) };
@@ -308,7 +308,7 @@ impl<'t> Lower<'t> {
         Ok(())
     }
 
-    /// Lowers what is called.
+    /// Lowers the routines of all open calls and sets the calls' targets, until no call is open.
     fn called_routines(&mut self) {
         while let Some((call, instance, entry)) = self.routines.open.pop() {
             let known = self.routines.known.get(&(instance, entry)).copied();
@@ -329,7 +329,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// All variables with addresses, those that code names by their addresses, too.
+    /// All variables that are declared with an address, and all addresses that the code uses directly.
     fn located(&mut self) -> Vec<Located> {
         let tree = self.tree;
         let mut found = Vec::new();
@@ -355,7 +355,8 @@ impl<'t> Lower<'t> {
         Located::new(spot, self.tree.types.kind(spot.ty), address)
     }
 
-    /// Where bits are turned on as the first scan begins; which, is given when it is known what the program writes.
+    /// Adds the instruction that sets initial values in the first scan, and returns its index. Its writes are added
+    /// when all writers are known. None if its flag cannot be placed.
     fn first_scan(&mut self) -> Option<usize> {
         let bool = scanbound_iec_tree::types::Elementary::Bool;
         let ty = self.tree.types.elementary(bool);
@@ -365,8 +366,8 @@ impl<'t> Lower<'t> {
         Some(self.assembler().builder.add(None, Vec::new(), Step::Act { fires }))
     }
 
-    /// What stands in for a body that is not there, if that is stated of its unit: where it stood, all that it has may
-    /// hold anything. Whether that is so.
+    /// If the user states the time of a missing body, adds a routine that takes this time and gives any value to
+    /// everything that the code may write. Returns whether it did.
     pub(super) fn stands_in(&mut self, instance: usize, entry: Entry) -> bool {
         let tree = self.tree;
         let Some((routine, stated)) = self.stated_of(instance, entry) else { return false };
@@ -388,21 +389,23 @@ impl<'t> Lower<'t> {
             }
         };
         let begin = self.assembler().builder.add(None, effects, Step::Nothing);
-        let why = format!("what {} gives may be any value: only its time is stated", stated.name);
+        let why =
+            format!("the results of {} may be any value: only its time is stated", stated.name);
         self.program().approximate(begin, why);
         self.takes_stated_time(begin, stated);
         self.assembler().builder.add(None, Vec::new(), Step::Return);
         true
     }
 
-    /// An instruction takes the time that is stated of code that is not there.
+    /// Makes the instruction `entry` take the time that is stated for missing code.
     pub(super) fn takes_stated_time(&mut self, entry: usize, stated: &Stated) {
         let (name, time) = (normalized(&stated.name), stated.time);
         let absent = MissingRoutine { name, entry, time, stated: true, declared: true };
         self.program().missing_routines.push(absent);
     }
 
-    /// The unit, or the method, whose body is to be executed and is not there, and what is stated of it.
+    /// The routine of a missing body and what the user states about it. None if the body exists, if nothing is stated
+    /// about it, or if the routine is an action.
     pub(super) fn stated_of(
         &self,
         instance: usize,
@@ -441,10 +444,10 @@ impl<'t> Lower<'t> {
         }
         if variables.iter().any(|&id| self.tree.has_reference(self.tree.variable(id).ty)) {
             let told = format!(
-                "{} is handed or holds references: what it does through them is not known",
+                "{} gets or contains references: it is not known what it writes through them",
                 stated.name
             );
-            let help = "give its source, or a stand-in with a body that does what it may do";
+            let help = "give its source, or a substitute whose body has the same effects";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
         let mut regions = self.instances[instance].spot.tag.regions();
@@ -461,7 +464,9 @@ impl<'t> Lower<'t> {
         Ok(regions)
     }
 
-    /// Takes note of a body that is not there: its code is likely elsewhere.
+    /// Records a function, function block or method with an empty body, whose source is probably in another file.
+    /// Nothing is recorded for a program. Nor is it recorded if the unit has other code, unless it is a method that has
+    /// results.
     pub(super) fn note_bodiless(&mut self, instance: usize, entry: Entry) {
         let tree = self.tree;
         let own = self.instances[instance].unit;
@@ -492,8 +497,7 @@ impl<'t> Lower<'t> {
             let all = unit.methods.iter().chain(&unit.actions).chain([&unit.body]);
             { all }.any(|&one| !tree.routine(one).code.is_empty())
         };
-        // Where a unit has code elsewhere, its file is there; a method that gives something should have some all the
-        // same.
+        // A unit with other code was read completely. A method with results should still have code of its own.
         let is_whole =
             tree.lineage(own).iter().any(has_code) && (entry == Entry::Body || !gives_something);
         if is_whole {
@@ -508,12 +512,12 @@ impl<'t> Lower<'t> {
     }
 }
 
-/// Whether a variable lasts from scan to scan, or may: methods begin anew.
+/// Whether a variable may keep its value from scan to scan. The variables of methods do not.
 fn is_lasting(owner: Owner) -> bool {
     !matches!(owner, Owner::Routine(_))
 }
 
-/// A program with what is known of its tasks and files.
+/// Completes a program with its main part, tasks, interrupts and files.
 fn finish(
     mut program: Program,
     tree: &Tree,
@@ -526,11 +530,11 @@ fn finish(
     program.mains = vec![main];
     if tasks.len() > 1 {
         program.tasks = tasks.iter().map(|task| known_task(tree, task)).collect();
-        // Where tasks have one image of inputs, one that begins refreshes it while another runs.
+        // If the tasks share one input image, a task that starts refreshes it while another one runs.
         program.volatile.extend(program.power_up.inputs.clone());
     }
     for (task, &entry) in program.tasks.iter().zip(entries).skip(1) {
-        // What a task of a lower priority writes is there between scans.
+        // Each other task is an interrupt, as often as stated. Unstated, it runs between scans only.
         let stated = asked.facts.interrupt(&task.name).filter(|_| !asked.uninterrupted);
         let (times, name) = (stated.unwrap_or(0), task.name.clone());
         let stated = stated.is_some();
@@ -551,7 +555,7 @@ fn finish(
     program
 }
 
-/// A task as reports show it.
+/// A task for the report, with its interval in picoseconds if it is positive.
 fn known_task(tree: &Tree, task: &Task) -> scanbound_ir::Task {
     let interval = task.interval.and_then(|time| u64::try_from(time).ok()).filter(|&time| time > 0);
     let programs = task.programs.iter().flatten();
@@ -563,10 +567,10 @@ fn known_task(tree: &Tree, task: &Task) -> scanbound_ir::Task {
     }
 }
 
-/// More instructions than any program has.
+/// The most instructions that are lowered. A program with more is a fault.
 const LARGEST: usize = 4_000_000;
 
-/// Faults as findings, each once.
+/// Converts faults to diagnostics, without duplicates, sorted by file and line.
 fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     let name = |file: usize| project.files.get(file).map_or("", String::as_str);
     let mut seen = HashSet::new();
@@ -576,8 +580,8 @@ fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     told
 }
 
-/// What is handed over in and out is followed as a copy; on a PLC it changes while the call runs if another task writes
-/// it. Such calls are faults.
+/// Refuses calls with a VAR_IN_OUT argument that another task also writes. The argument is modelled as a copy, but on a
+/// PLC it may change while the call runs.
 fn changed_by_others(assembler: &mut Assembler, entries: &[usize], given_back: &[GivenBack]) {
     if entries.len() < 2 {
         return;
@@ -596,16 +600,16 @@ fn changed_by_others(assembler: &mut Assembler, entries: &[usize], given_back: &
             *task != task_of(range.start) && own.iter().any(|one| flow::overlap(*one, *region))
         };
         if written.iter().any(by_other) {
-            let told = "what is handed over in and out is written by another task, too: it may change \
-                while the call runs, which is not followed";
-            let help = "copy it to a variable of the task before the call, and back behind it";
+            let told = "a variable that is passed as VAR_IN_OUT is also written by another task: it may change \
+                while the call runs, which is not modelled";
+            let help = "copy it to a variable of the task before the call, and back after it";
             faults.push((*file, Fault::new(*line, told).code(FaultCode::NotModelled).help(help)));
         }
     }
     assembler.faults.extend(faults);
 }
 
-/// What facts may call a file: its whole name, and the name without its directories where no other file has it.
+/// The names by which facts may refer to a file: its whole name, and its name without directories if that is unique.
 pub(super) fn file_names(files: &[String], file: usize) -> [&str; 2] {
     let whole = files.get(file).map_or("", String::as_str);
     [whole, scanbound_ir::location_text::short_file_name(whole, files.iter().map(String::as_str))]

@@ -1,5 +1,6 @@
-//! What code reads, writes and calls: as cells, for each instance by itself, so that two names of one variable are one
-//! thing. Variables with addresses have the bits of these, too, in both ways in which controllers count them.
+//! Computes which cells code reads and writes, including all that it calls, separately for each instance. As effects
+//! are cells, two names of one variable are recognised as one. A variable with an address also has its address bits,
+//! numbered in both ways that controllers use.
 
 use super::address::bits;
 use super::cells::{Cells, Effects, add};
@@ -15,16 +16,17 @@ use scanbound_iec_tree::tree::{
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaId, Cell, RegionSet};
 
-/// Areas for the bits of addresses: of inputs, outputs and memory, in either way of counting. No variable lies there.
+/// The first of six pseudo areas for the bits of direct addresses: inputs, outputs and memory, each in both ways of
+/// numbering. No variable is stored there.
 const BITS: u16 = u16::MAX - 6;
 
-/// An area for what charts remember, a cell for each.
+/// A pseudo area with one cell for the whole state of each chart.
 const CHARTS: u16 = BITS - 1;
 
-/// So many instances of an array are looked at one by one.
+/// Arrays of up to this many elements are examined element by element. For larger ones, any effect is assumed.
 const MOST: i64 = 64;
 
-/// Whether two paths are the same.
+/// Whether two paths certainly name the same place. Array elements must have the same constant indices.
 pub(super) fn is_same(one: &Place, other: &Place) -> bool {
     let step = |(one, other): (&Step, &Step)| match (one, other) {
         (Step::Part(one), Step::Part(other)) => one == other,
@@ -47,37 +49,38 @@ pub(super) fn is_same(one: &Place, other: &Place) -> bool {
 }
 
 impl Lower<'_> {
-    /// The calls in an expression that change what outlasts them.
+    /// Counts the calls in an expression that write something which remains after the call.
     pub(super) fn acting_calls(&mut self, at: &Context, one: &Expr) -> usize {
         let mut own = Vec::new();
         one.each_call(&mut |one| own.push(one.clone()));
         own.iter().filter(|one| !self.expression_effects(at, one).writes.is_empty()).count()
     }
 
-    /// What an expression reads and writes of what outlasts its calls.
+    /// The effects of an expression, without the variables that exist only during its calls.
     pub(super) fn expression_effects(&mut self, at: &Context, one: &Expr) -> Effects {
         let found = self.found(|own, found| own.of_expr(at, one, found));
         self.lasting(at, found)
     }
 
-    /// What of effects outlasts the calls that have them.
+    /// Removes effects on variables that are initialised at every call, except those of the instance or method at `at`.
     pub(super) fn lasting(&self, at: &Context, found: Effects) -> Effects {
         let own = self.instances[at.instance].spot.tag.regions();
         let frame = at.frame.as_ref().map(|frame| frame.tag.regions()).unwrap_or_default();
         let own: RegionSet = own.into_iter().chain(frame).collect();
-        // Variables of functions and methods begin anew with every call, but for those of the code itself.
+        // Variables of functions and methods are initialised at every call; those of the code itself still count.
         let functions = &self.memory.begin_anew;
         found.lasting(|region| !functions.overlaps(region) || own.overlaps(region))
     }
 
-    /// The effects that something finds.
+    /// Collects effects in a new set and returns it.
     pub(super) fn found(&mut self, find: impl FnOnce(&mut Self, &mut Effects)) -> Effects {
         let mut found = Effects::default();
         find(self, &mut found);
         found
     }
 
-    /// Whether it makes a difference which of two expressions is worked out first.
+    /// Whether the evaluation order of two expressions may change a result: one of them has calls and writes what the
+    /// other reads or writes.
     pub(super) fn order_matters(&mut self, at: &Context, one: &Expr, other: &Expr) -> bool {
         if !one.calls() && !other.calls() {
             return false;
@@ -86,9 +89,10 @@ impl Lower<'_> {
         one.changes(&other) || other.changes(&one)
     }
 
-    /// Whether statements, or what they call, may write a variable.
+    /// Whether statements, or code that they call, may write the variable at a place or change which variable it is.
+    /// Always true for an index that is not constant.
     pub(super) fn may_write(&mut self, at: &Context, body: &[Statement], place: &Place) -> bool {
-        // Which element an index means may change.
+        // The index may change, and with it the element.
         if place.has_open_index() {
             return true;
         }
@@ -96,24 +100,24 @@ impl Lower<'_> {
         written.changes(&self.found(|own, found| own.looked_at(at, place, found)))
     }
 
-    /// Whether statements may change what an expression gives.
+    /// Whether statements, or code that they call, may change the value of an expression.
     pub(super) fn may_change(&mut self, at: &Context, body: &[Statement], one: &Expr) -> bool {
         let written = self.found(|own, found| own.of_statements(at, body, found));
         written.changes(&self.found(|own, found| own.of_expr(at, one, found)))
     }
 
-    /// Whether an expression names a variable, by whichever name.
+    /// Whether an expression, or code that it calls, reads or writes a variable, by any name.
     pub(super) fn names(&mut self, at: &Context, one: &Expr, place: &Place) -> bool {
         let named = self.found(|own, found| own.of_expr(at, one, found));
         named.meets(&self.found(|own, found| own.looked_at(at, place, found)))
     }
 
-    /// Whether the programs of other tasks may write a variable.
+    /// Whether programs of tasks other than the one being lowered may write a variable.
     pub(super) fn others_write(&mut self, at: &Context, place: &Place) -> bool {
         let own = self.found(|own, found| own.looked_at(at, place, found));
         let here = self.routines.task;
         if !self.routines.others.contains_key(&here) {
-            // Each task has functions of its own.
+            // Each task has its own instances of functions.
             let around = std::mem::take(&mut self.effects);
             let mut found = Effects::default();
             for (task, all) in self.routines.tasks.clone().into_iter().enumerate() {
@@ -131,12 +135,12 @@ impl Lower<'_> {
         self.routines.others[&here].changes(&own)
     }
 
-    /// What a routine of an instance reads and writes, and all that it calls.
+    /// The effects of a routine of an instance and of all that it calls.
     pub(super) fn effects_of(&mut self, (instance, entry): (usize, Entry)) -> Effects {
         if let Some(known) = self.effects.get(&(instance, entry)) {
             return known.clone();
         }
-        // What calls itself is refused elsewhere.
+        // Ends recursion; recursive calls are refused elsewhere.
         self.effects.insert((instance, entry), Effects::default());
         let mut found = Effects::default();
         let unit = self.instances[instance].unit;
@@ -175,7 +179,8 @@ impl Lower<'_> {
         }
     }
 
-    /// What stands in for a body that is not there may write all that its instance has, and what it is stated to write.
+    /// Adds the effects of a missing body whose time is stated: it may write everything that its instance has, and what
+    /// it is stated to write. Adds nothing if nothing is stated.
     fn of_absent(&mut self, called: (usize, Entry), found: &mut Effects) {
         let Some((routine, stated)) = self.stated_of(called.0, called.1) else { return };
         match self.all_it_writes(called.0, called.1, routine.line, stated) {
@@ -200,7 +205,8 @@ impl Lower<'_> {
         accesses::of_call(call, &mut Walk { lower: self, at, found });
     }
 
-    /// What that does which a call calls. What the indices in its path do is told apart.
+    /// Adds the effects of the routine that a call executes, and of finding it. The effects of indices in the path are
+    /// added elsewhere.
     fn of_target(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         let tree = self.tree;
         let own = match &call.target {
@@ -252,7 +258,7 @@ impl Lower<'_> {
         }
     }
 
-    /// The inputs of an instance are written by its call.
+    /// Adds the passed parameters of an instance as reads and writes of its call.
     pub(super) fn passed_to(
         &mut self,
         at: &Context,
@@ -281,7 +287,7 @@ impl Lower<'_> {
         self.initial_effects(&Context { instance, frame }, &all, found);
     }
 
-    /// What the initial values of variables that begin anew read and call.
+    /// Adds the effects of evaluating the initial values of these variables.
     fn initial_effects(&mut self, at: &Context, all: &[VarId], found: &mut Effects) {
         let tree = self.tree;
         for &id in all {
@@ -291,14 +297,14 @@ impl Lower<'_> {
         }
     }
 
-    /// Whether a reference can mean one variable at most.
+    /// Whether a reference can point to at most one variable.
     pub(super) fn means_one(&mut self, at: &Context, reference: &Place) -> bool {
         let mut found = Effects::default();
         let spots = self.spots(at, reference, &mut found);
         !found.anything && spots.iter().all(|spot| self.candidates(spot.ty).len() < 2)
     }
 
-    /// The instances that a place may be.
+    /// The instances that a place may denote. Sets `found.anything` if they are not all known.
     pub(super) fn instances_at(
         &mut self,
         at: &Context,
@@ -313,14 +319,15 @@ impl Lower<'_> {
         known
     }
 
-    /// What stands for all that the chart of a routine of an instance remembers.
+    /// The pseudo cell that stands for the whole state of the chart of a routine.
     pub(super) fn chart_cell(&mut self, instance: usize, id: RoutineId) -> (Cell, u32) {
         let next = u32::try_from(self.charts.numbers.len()).unwrap_or(u32::MAX);
         let index = *self.charts.numbers.entry((instance, id)).or_insert(next);
         (Cell { area: AreaId(CHARTS), index }, 1)
     }
 
-    /// The variables that a place may be, each element of an array by itself.
+    /// The variables that a place may denote, with each possible array element by itself. Sets `found.anything` if they
+    /// are not all known.
     fn spots(&mut self, at: &Context, place: &Place, found: &mut Effects) -> Vec<Spot> {
         let Ok(root) = self.root(at, place.root, 0) else {
             found.anything |= !matches!(place.root, Root::Temporary(_));
@@ -371,7 +378,7 @@ impl Lower<'_> {
         spots
     }
 
-    /// What it takes to find a place: what its indices do, and the references in it.
+    /// Adds the effects of finding a place: those of its indices, and reads of the references in it.
     pub(super) fn led_to(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         for index in place.indices() {
             self.of_expr(at, index, found);
@@ -379,7 +386,7 @@ impl Lower<'_> {
         self.led_through(at, place, found);
     }
 
-    /// The references that lead to a place are read.
+    /// Adds reads of the references in a path.
     fn led_through(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         for before in references_in(place) {
             match self.cells(at, &before) {
@@ -389,13 +396,13 @@ impl Lower<'_> {
         }
     }
 
-    /// What a place reads: the cells that it may be, and what leads to it.
+    /// Adds the effects of reading a place: the cells that it may denote, and those of finding it.
     pub(super) fn looked_at(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         self.led_to(at, place, found);
         self.reads_of(at, place, found);
     }
 
-    /// What writing a place writes, and what leads to it.
+    /// Adds the effects of writing a place: the cells that it may denote, and those of finding it.
     pub(super) fn written(&mut self, at: &Context, place: &Place, found: &mut Effects) {
         self.led_to(at, place, found);
         self.writes_of(at, place, found);
@@ -415,7 +422,7 @@ impl Lower<'_> {
         }
     }
 
-    /// The cells that a place may be.
+    /// The cells that a place may denote; empty for a temporary. None if they are not known.
     fn cells(&mut self, at: &Context, place: &Place) -> Option<Cells> {
         if let Root::Temporary(_) = place.root {
             return Some(Cells::new());
@@ -456,8 +463,7 @@ impl Lower<'_> {
                 self.add_cells(next, unit, rest, found);
             }
             None => {
-                // From an element of unknown number on, the whole array is meant, and all that references in it can
-                // mean.
+                // For an unknown index, the whole array counts, with all targets of the references in its elements.
                 add(found, spot.tag.regions());
                 if let (Step::Element(_), Typed::Array(_, of)) =
                     (step, self.tree.types.get(spot.ty))
@@ -468,7 +474,7 @@ impl Lower<'_> {
         }
     }
 
-    /// The cells of what references can mean that lie behind an element of unknown number.
+    /// Adds the cells that can be reached through references inside an array element with an unknown index.
     fn add_through(
         &mut self,
         of: scanbound_iec_tree::types::TypeId,
@@ -498,14 +504,15 @@ impl Lower<'_> {
         }
     }
 
-    /// The body that a unit has, or the nearest that it inherits.
+    /// The body of a unit, or the nearest body that it inherits. None if all are empty.
     pub(super) fn body_in(&self, unit: UnitId) -> Option<RoutineId> {
         let tree = self.tree;
         let bodies = tree.lineage(unit).into_iter().map(|unit| tree.unit(unit).body);
         { bodies }.find(|&id| !tree.routine(id).code.is_empty())
     }
 
-    /// Whether controllers execute a method by themselves when instances in a type begin or end.
+    /// Whether a type contains instances for which controllers execute a method by themselves at the beginning or end
+    /// of their life (such as FB_Init).
     pub(super) fn begins_with_method(&self, ty: scanbound_iec_tree::types::TypeId) -> bool {
         let tree = self.tree;
         let begins = |of: &Typed| match of {
@@ -518,13 +525,13 @@ impl Lower<'_> {
     }
 }
 
-/// How many elements an array has.
+/// The number of elements of an array with these index ranges, capped at `i64::MAX`.
 fn elements(dimensions: &[(i64, i64)]) -> i64 {
     let count = |(low, high): &(i64, i64)| high.saturating_sub(*low).saturating_add(1);
     dimensions.iter().map(count).fold(1, i64::saturating_mul)
 }
 
-/// The bits of an address, counted in both ways.
+/// Adds the pseudo cells of the bits of an address, in both ways of numbering. Nothing for an address of another form.
 fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
     let Some((area, taken)) = bits(&address.to_ascii_uppercase()) else { return };
     let number = match area {
@@ -533,7 +540,7 @@ fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
         _ => 4,
     };
     let size = spot.tag.of.size().unwrap_or([0, 0]);
-    // Where there are several bits, each may take a byte.
+    // In an array or structure, each bit may take a whole byte.
     let bit = if size[0] > 1 { 8 } else { 1 };
     let size = bit * u64::from(size[0]) + 16 * u64::from(size[1]);
     for (side, (from, to)) in (0..).zip(taken) {
@@ -544,7 +551,7 @@ fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
     }
 }
 
-/// A walk through code of a context.
+/// Collects the effects of code in a context while walking through it.
 struct Walk<'w, 't> {
     lower: &'w mut Lower<'t>,
     at: &'w Context,

@@ -1,4 +1,4 @@
-//! Calls of instances that stand in arrays, by numbers that are worked out.
+//! Operations on instances in arrays with run-time indices: lowered once for each possible index.
 
 use super::Lower;
 use super::references::is_number;
@@ -11,23 +11,24 @@ use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Number, WordSource};
 
-/// An array of so many instances is called by a number that is worked out.
+/// The most elements of an array that may be called with a run-time index.
 const MOST_INSTANCES: i64 = 64;
 
-/// An index of a path that is worked out.
+/// A run-time index in a path, with its range in the array.
 struct WorkedOut {
-    /// The step of the path, and which of its indices this is.
+    /// The number of the step in the path.
     step: usize,
+    /// The position of this index among the indices of the step.
     number: usize,
     index: Expr,
     low: i64,
     high: i64,
-    /// The number of elements that the indices of this step can mean.
+    /// The number of elements that the run-time indices of this step can select.
     elements: i64,
 }
 
 impl WorkedOut {
-    /// The path with a number in place of the index.
+    /// The path with this index replaced by a constant.
     fn known(&self, place: &Place, number: i64) -> Place {
         let mut place = place.clone();
         if let PathStep::Element(indices) = &mut place.steps[self.step] {
@@ -38,7 +39,7 @@ impl WorkedOut {
 }
 
 impl Lower<'_> {
-    /// The first index of a path that is worked out.
+    /// The first run-time index of a path. None if all indices are constant, or if the type of the path is not known.
     fn worked_out_index(&self, at: &Context, place: &Place) -> Option<WorkedOut> {
         let mut ty = self.root_type(at, place)?;
         for (step, one) in place.steps.iter().enumerate() {
@@ -61,13 +62,13 @@ impl Lower<'_> {
         None
     }
 
-    /// Whether a path means a bit of an array's element whose number is worked out.
+    /// Whether a path ends in a bit of an array element with a run-time index.
     pub(super) fn is_bit_of_element(&self, at: &Context, place: &Place) -> bool {
         matches!(place.steps.last(), Some(PathStep::Bit(_)))
             && self.worked_out_index(at, place).is_some()
     }
 
-    /// The type where a path begins; nothing for a program's instance or the own one, which hold no array at once.
+    /// The type of the place at which a path begins. None for a temporary.
     pub(super) fn root_type(
         &self,
         at: &Context,
@@ -103,7 +104,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Calls the instance of an array that has the number which is worked out. Whether it is such a call.
+    /// Runs `act` for each value of the first run-time index of a path, behind a test. Returns false if the path has no
+    /// such index.
     pub(super) fn one_of(
         &mut self,
         at: &Context,
@@ -123,8 +125,8 @@ impl Lower<'_> {
         Ok(true)
     }
 
-    /// Does something to the instance of an array that has a number which is worked out. What it gives, if it is such a
-    /// call.
+    /// Runs `act` for each value of the first run-time index of a path, behind a test. Returns the merged value, or
+    /// None if the path has no such index.
     pub(super) fn each_instance(
         &mut self,
         at: &Context,
@@ -146,7 +148,7 @@ impl Lower<'_> {
         Ok(Some(known.unwrap_or(Value::Any)))
     }
 
-    /// Works out an index of an array of instances.
+    /// Evaluates a run-time index into two words. A fault if it can select too many elements.
     fn number_of(
         &mut self,
         at: &Context,
@@ -166,7 +168,7 @@ impl Lower<'_> {
 
 pub(super) fn unknown_number(line: u32) -> Fault {
     let help = "use an array of up to 64 elements, or write CASE";
-    Fault::new(line, "an element of unknown number is called, or a bit of it is named")
+    Fault::new(line, "an array element with a run-time index is called, or a bit of it is used")
         .code(FaultCode::NotModelled)
         .help(help)
 }

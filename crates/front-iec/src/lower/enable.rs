@@ -1,4 +1,4 @@
-//! Calls with EN and ENO: what is called is executed only where EN is true, and ENO says so.
+//! Lowers calls with EN and ENO: the called code is executed only where EN is true, and ENO reports it.
 
 use super::Lower;
 use super::effects::is_same;
@@ -11,16 +11,16 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Call, Enable, Expr, Passed, Place, Target};
 use scanbound_ir::{BitTarget, Logic, Step, TimingKey, Write};
 
-/// A call under a condition, while it is lowered.
+/// The state of lowering a call with EN.
 pub(super) struct Enabled {
     condition: Logic,
-    /// Whether arguments are worked out where EN is false, too.
+    /// Whether the arguments are evaluated also where EN is false.
     works: Logic,
     skip: usize,
 }
 
 impl Lower<'_> {
-    /// What EN is, if it is given.
+    /// The condition that EN gives. None if the call has no EN.
     pub(super) fn condition(
         &mut self,
         at: &Context,
@@ -29,15 +29,15 @@ impl Lower<'_> {
         let Some(one) = &enable.condition else { return Ok(None) };
         let mut condition = self.bit(at, one)?;
         if enable.is_input {
-            let why = "an input EN that is declared: whether the body is carried out without it";
+            let why = "EN is declared as an input: the body may run although it is false";
             condition = Logic::Any(vec![condition, self.any_bit(why)]);
         }
         Ok(Some(self.keep_bit(condition)))
     }
 
-    /// Begins a call with EN. Where EN is false, some controllers jump over all of it. Others work the arguments out,
-    /// pass them, and call what then asks for EN. That matters for what an instance holds and where an argument calls
-    /// something, else only for the time.
+    /// Begins a call with EN. Where EN is false, some controllers jump over the whole call. Others evaluate and pass
+    /// the arguments, and call the block, which then tests EN. The difference affects inputs that an instance keeps and
+    /// arguments with calls; otherwise only the time. None if the call has no EN.
     pub(super) fn begin_arguments(
         &mut self,
         at: &Context,
@@ -59,7 +59,8 @@ impl Lower<'_> {
         self.begin_inputs(at, (&call.enable, condition), &arguments, keeps, line)
     }
 
-    /// What EN of an instance is. Where it is an input as others are, it keeps its value in a call that leaves it out.
+    /// The condition of an instance's EN. On controllers where EN is an input like any other, a call that omits it uses
+    /// its last value.
     fn kept_condition(
         &mut self,
         at: &Context,
@@ -79,11 +80,11 @@ impl Lower<'_> {
         }
         let begin = spot.tag.begin();
         let cell = match self.memory.enabled.cells.get(&begin) {
-            // A copy has the value that EN had of what it was copied from.
+            // A copy also has the EN value of its source.
             _ if given.copied => None,
             Some(&cell) => cell,
             None => {
-                // It begins with TRUE.
+                // EN is TRUE at first.
                 let name = format!("{}: EN was false", spot.name);
                 let cell = self.hidden(&name, scanbound_ir::Type::Bit).and_then(|tag| tag.cell());
                 self.memory.enabled.cells.insert(begin, cell);
@@ -91,7 +92,7 @@ impl Lower<'_> {
             }
         };
         let Some(cell) = cell else {
-            let why = "whether EN has kept its value";
+            let why = "EN may or may not keep its value from the last call";
             return Ok(Some(condition.unwrap_or_else(|| self.any_bit(why))));
         };
         if let Some(given) = &condition {
@@ -103,7 +104,8 @@ impl Lower<'_> {
         Ok(Some(self.keep_bit(Logic::All(vec![keeps, Logic::cell(cell)]).not())))
     }
 
-    /// Begins to work out arguments. `keeps` says whether what they are passed to outlasts the call.
+    /// Begins the evaluation of the arguments of a call with EN. `keeps`: whether the variables that receive them
+    /// outlast the call. None if there is no condition.
     pub(super) fn begin_inputs(
         &mut self,
         at: &Context,
@@ -116,20 +118,19 @@ impl Lower<'_> {
         if let Some(one) = &enable.condition
             && arguments.iter().any(|argument| self.order_matters(at, one, argument))
         {
-            let told = "an argument and EN of one call change what the other one reads: which is worked out first is not followed";
-            let help = "assign what EN is given to a variable of its own before";
+            let told = "an argument and EN of one call depend on each other: it is not known which is evaluated first";
+            let help = "assign the value of EN to a separate variable first";
             return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }
         let works = match keeps || arguments.iter().any(|one| one.calls()) {
-            true => self.any_bit("inputs may or may not be handed over where EN is false"),
+            true => self.any_bit("controllers may or may not pass the inputs where EN is false"),
             false => self.extra_time(),
         };
         let skip = self.jump(Logic::All(vec![condition.clone().not(), works.clone().not()]), None);
         Ok(Some(Enabled { condition, works, skip }))
     }
 
-    /// Begins the call itself behind its inputs. Where EN is false and the inputs were passed, what is called takes its
-    /// time.
+    /// Begins the call itself, after its inputs. Where EN is false, a called block that tests EN takes its larger time.
     pub(super) fn begin_body(
         &mut self,
         inputs: Option<Enabled>,
@@ -147,8 +148,8 @@ impl Lower<'_> {
         Some(Enabled { condition, works, skip })
     }
 
-    /// Ends a call, and hands ENO out. What outputs are handed to may hold anything where EN is false: controllers
-    /// differ. `fails` says where what is called tells a fault. Gives the condition, if there was one.
+    /// Ends a call and assigns ENO. Where EN is false, the targets of outputs may hold any value, since controllers
+    /// differ. `fails`: where the called function reports a failure. Returns the condition of EN, if there was one.
     pub(super) fn end_enabled(
         &mut self,
         at: &Context,
@@ -166,7 +167,7 @@ impl Lower<'_> {
         }
         let condition = enabled.map(|enabled| enabled.condition);
         if let Some((target, negated)) = &enable.result {
-            // What is called may tell a fault by itself.
+            // The called block may report a failure by itself.
             let runs = condition.clone().unwrap_or(Logic::Const(true));
             let told = match enable.is_output {
                 true => {
@@ -185,11 +186,11 @@ impl Lower<'_> {
         Ok(condition)
     }
 
-    /// What a call hands its outputs to.
+    /// The places to which a call assigns its outputs, without a declared ENO.
     pub(super) fn outputs<'c>(&self, call: &'c Call) -> Vec<&'c Place> {
         let eno = call.enable.result.as_ref().filter(|_| call.enable.is_output);
         let targets = call.passed.iter().filter_map(|(_, passed)| match passed {
-            // Where ENO is declared, it is among them, and has its value by itself.
+            // A declared ENO is among the outputs; it is assigned separately.
             Passed::Output(place, _) => Some(place),
             _ => None,
         });

@@ -1,4 +1,4 @@
-//! Of which instances calls give EN.
+//! Finds the function block instances for which some call passes EN.
 
 use scanbound_iec::Section;
 use scanbound_iec_tree::accesses::{Accesses, of_code};
@@ -11,16 +11,17 @@ use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Instances of which a call gives EN.
+/// The function block instances for which some call passes EN.
 #[derive(Default)]
 pub(super) struct EnabledInstances {
-    /// The variables that they are.
+    /// The variables that are these instances.
     pub(super) variables: BTreeSet<VarId>,
-    /// Whether one is called through a reference, so that it may be any.
+    /// Whether such a call goes through a reference, so that it may concern any instance.
     pub(super) through_reference: bool,
-    /// Whether one may be copied or passed with the value that EN had.
+    /// Whether such an instance may be copied or passed, together with the value of its EN.
     pub(super) copied: bool,
-    /// By where an instance lies, the bit that says that EN was false; none without room.
+    /// For each instance, by its first cells: the bit that says that its last EN was false. None if there was no room
+    /// for it.
     pub(super) cells: BTreeMap<[Cell; 2], Option<Cell>>,
 }
 
@@ -42,7 +43,7 @@ impl EnabledInstances {
     }
 }
 
-/// Finds the instances of which calls give EN, their types, and the types of what is copied.
+/// Collects the instances for which calls pass EN, their types, and the types of copied variables.
 #[derive(Default)]
 struct Walk {
     found: EnabledInstances,
@@ -85,7 +86,7 @@ impl Accesses for Walk {
     }
 }
 
-/// The variable that an instance is. `None` if a reference leads to it.
+/// The variable at the end of a path to an instance. `None` if a reference leads to it, or no variable is named.
 pub(super) fn instance_variable(place: &Place) -> Option<VarId> {
     let mut id = match place.root {
         Root::Variable(id) => Some(id),

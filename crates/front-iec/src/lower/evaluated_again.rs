@@ -1,5 +1,6 @@
-//! What compilers to C evaluate again: the operands of XOR and MOD, `l && !r || !l && r` and `r == 0 ? 0 : l % r`,
-//! which may be left out, too; and the indices of a called instance, which stand in each line that passes something.
+//! Expressions that compilers to C may evaluate several times or not at all: the operands of XOR and MOD, compiled as
+//! `l && !r || !l && r` and `r == 0 ? 0 : l % r`, and the indices of a called instance, which are repeated in each line
+//! that passes an argument.
 
 use super::Lower;
 use super::spots::Context;
@@ -10,8 +11,8 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Call, Expr, ExprKind, Passed, Place, Target};
 
 impl Lower<'_> {
-    /// Charges what of a XOR of truth values or a MOD some compilers evaluate once more. Refuses operands for which
-    /// this makes a difference to more than the time.
+    /// Charges the operands of a Boolean XOR or of MOD that some compilers evaluate once more. A fault if this may
+    /// change more than the time.
     pub(super) fn again(
         &mut self,
         at: &Context,
@@ -28,7 +29,7 @@ impl Lower<'_> {
             }
             Operator::Modulo => {
                 self.charge_again(at, right)?;
-                // Where the divisor is 0, these compilers leave the left operand out.
+                // Where the divisor is 0, these compilers skip the left operand.
                 if literal_value(right).is_none_or(|by| by == 0) && self.leaves_more(at, left) {
                     return Err(evaluated_again(left.line));
                 }
@@ -38,9 +39,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Charges an operand once more: compilers that write XOR of truth values with AND and OR evaluate it twice, and so
-    /// do those that test the divisor of MOD. A plain variable is part of what XOR and MOD take. Refuses an operand
-    /// that leaves more than its value.
+    /// Charges an operand of XOR or MOD once more. Plain variables are part of the time of the operator. A fault if the
+    /// operand has side effects, or if too many XOR and MOD are nested in it.
     fn charge_again(&mut self, at: &Context, operand: &Expr) -> Result<(), Fault> {
         if !takes_time(operand) {
             return Ok(());
@@ -50,14 +50,14 @@ impl Lower<'_> {
             return Err(evaluated_again(operand.line));
         }
         if within > MAX_CALLS {
-            let told = "more than six XOR and MOD stand in an operand of XOR or MOD: some compilers double its time with each";
-            let help = "assign a part of the expression to a variable of its own before";
+            let told = "more than six XOR and MOD are nested in an operand of XOR or MOD: some compilers double its time with each";
+            let help = "assign a part of the expression to a separate variable first";
             return Err(Fault::new(operand.line, told).code(Code::NotModelled).help(help));
         }
         self.charge_where_again(at, &[operand], 1)
     }
 
-    /// Charges expressions so many times more where the compiler evaluates them again.
+    /// Charges expressions `times` more, where the compiler evaluates them again.
     fn charge_where_again(
         &mut self,
         at: &Context,
@@ -74,7 +74,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Charges the indices of a called instance once more for each line that passes something: they stand in each.
+    /// Charges the indices of a called instance once more for each line that passes or takes a value, since they are
+    /// evaluated in each.
     pub(super) fn charge_indices_again(
         &mut self,
         at: &Context,
@@ -82,7 +83,7 @@ impl Lower<'_> {
         call: &Call,
     ) -> Result<(), Fault> {
         let indices: Vec<&Expr> = place.indices().filter(|one| takes_time(one)).collect();
-        // What is handed over in and out is passed before the body, and taken back behind it.
+        // A VAR_IN_OUT argument is passed before the body and copied back after it.
         let both = |one: &&(_, Passed)| matches!(one.1, Passed::InOut(_));
         let lines = call.passed.len()
             + call.passed.iter().filter(both).count()
@@ -94,7 +95,7 @@ impl Lower<'_> {
         self.charge_where_again(at, &indices, lines)
     }
 
-    /// Whether an expression calls what writes variables, or may.
+    /// Whether an expression has calls that may have side effects.
     fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
         let effects = self.expression_effects(at, one);
         one.calls() && (effects.anything || !effects.writes.is_empty())
@@ -111,7 +112,7 @@ fn takes_time(one: &Expr) -> bool {
             ExprKind::Not(inner) => !matches!(inner.kind, ExprKind::Bool(_)),
             ExprKind::Read(place) | ExprKind::Address(place) => place.has_open_index(),
             ExprKind::Step(flag) => flag.owner.has_open_index(),
-            // What is in these is shown, too.
+            // The walk also visits the expressions inside these.
             ExprKind::Convert(_) | ExprKind::List(_) | ExprKind::Either(_) => false,
             ExprKind::Bool(_)
             | ExprKind::Whole(_)
@@ -128,7 +129,7 @@ fn takes_time(one: &Expr) -> bool {
     takes
 }
 
-/// How many XOR and MOD stand in an expression, in its indices too: each of them may double its time.
+/// The number of XOR and MOD in an expression and its indices. Each may double the time.
 fn doublings(one: &Expr) -> usize {
     let mut count = 0;
     one.each(&mut |one| match &one.kind {
@@ -142,10 +143,10 @@ fn doublings(one: &Expr) -> usize {
     count
 }
 
-/// The fault of a XOR or MOD whose operands' calls do more than give a value, or of which too many stand in each other.
+/// The fault of a XOR or MOD whose operands have calls with side effects.
 fn evaluated_again(line: u32) -> Fault {
     let told =
         "an operand of XOR or MOD calls something: some compilers evaluate it twice, or not at all";
-    let help = "assign what the call gives to a variable of its own before";
+    let help = "assign the result of the call to a separate variable first";
     Fault::new(line, told).code(Code::NotModelled).help(help)
 }

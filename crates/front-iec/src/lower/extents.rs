@@ -1,4 +1,4 @@
-//! How large variables are as wholes, and what it is charged to copy or begin them: by their elements.
+//! The sizes of whole variables, and the charges for copying and initialising them, by number of elements.
 
 use super::Lower;
 use super::spots::{Found, Spot};
@@ -16,7 +16,8 @@ use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::{Step, TimingKey, Write};
 
 impl Lower<'_> {
-    /// How many elementary variables a type has: a text's characters, what timers and charts remember among them.
+    /// The number of elementary variables in a type. The characters of a text, and the state of timers and charts,
+    /// count too.
     pub(super) fn elements(&self, ty: TypeId) -> u64 {
         let tree = self.tree;
         let all = |mut parts: Box<dyn Iterator<Item = TypeId> + '_>| {
@@ -46,8 +47,8 @@ impl Lower<'_> {
         }
     }
 
-    /// What a whole of this type is charged to be written, and nothing for what one store writes. `most`: the value has
-    /// no more characters.
+    /// The charge for writing a whole value of this type. None if one store writes it. `most`: the largest number of
+    /// characters that the value has, if known.
     fn stored_whole(&self, ty: TypeId, most: Option<u64>) -> Option<TimingKey> {
         match self.tree.types.get(ty) {
             Typed::Text(_) => {
@@ -61,8 +62,8 @@ impl Lower<'_> {
         }
     }
 
-    /// What a store is charged: one, or as many as what is written has elements. `of`: the expression whose value it
-    /// is.
+    /// The charge of a store: one, or one for each element that is written. `of`: the expression of the value, if
+    /// known.
     pub(super) fn store_key(
         &self,
         found: &Found,
@@ -77,11 +78,10 @@ impl Lower<'_> {
         };
         if self.has_charts(spot.ty) {
             let told = format!(
-                "{} is written as a whole, and has an instance with a chart, whose state is not copied",
+                "{} is written as a whole, and contains an instance with a chart, whose state is not copied",
                 spot.name
             );
-            let help =
-                "copy the variables that are needed one by one, and call each instance for itself";
+            let help = "copy the needed variables one by one, and call each instance separately";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
         let most = match of.map(|of| &of.unconverted().kind) {
@@ -91,19 +91,19 @@ impl Lower<'_> {
         Ok(self.stored_whole(spot.ty, most).unwrap_or_else(one))
     }
 
-    /// What it is charged that a variable begins anew.
+    /// The charge for initialising a variable at a call.
     pub(super) fn begin_key(&self, ty: TypeId) -> TimingKey {
         self.stored_whole(ty, None).unwrap_or_else(|| Assembler::key(&["INIT"], "move"))
     }
 
-    /// Whether a type holds instances with charts, which remember more than their variables.
+    /// Whether a type contains instances with charts, whose state is more than their variables.
     pub(super) fn has_charts(&self, ty: TypeId) -> bool {
         let has =
             |of: &Typed| matches!(of, Typed::Block(unit) if !self.charts_of(*unit).is_empty());
         self.tree.holds(ty, &has)
     }
 
-    /// How much an operand moves as a whole.
+    /// The size of an operand beyond one elementary value.
     pub(super) fn extent(&self, one: &Expr) -> Extent {
         match &one.kind {
             ExprKind::Text(text) => Extent::Characters(characters(text)),
@@ -137,8 +137,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Refuses a copy of an instance to one of another type, of a block that its own extends: its own methods and
-    /// actions would be called there.
+    /// Refuses copying an instance to a variable of a base type: the methods and actions of the target's own unit would
+    /// be called, not those of the source.
     pub(super) fn are_of_one_type(&self, from: &Found, to: &Found, line: u32) -> Result<(), Fault> {
         let spot = |one: &'_ Found| match one {
             Found::Spot(spot) => Some((spot.ty, spot.name.clone())),
@@ -150,14 +150,15 @@ impl Lower<'_> {
             return Ok(());
         }
         let told = format!(
-            "what {name} is given is not of its type: which methods are called through it is not followed"
+            "{name} gets an instance of another type: it is not known which methods are called through it"
         );
-        let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
+        let help =
+            "declare the target with the type of the instance, or pass a reference or an interface";
         Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Copies a structure, an array or an instance, charged by its elements: cell by cell where both are laid out
-    /// alike, else what is written may be anything.
+    /// Lowers the copy of a structure, an array or an instance, charged by `key`: cell by cell if both have the same
+    /// layout. Otherwise the target may hold anything.
     pub(super) fn copy(&mut self, from: &Found, to: &Found, key: TimingKey) {
         self.cost(&["LD"], "contact");
         let spots: [Option<&Spot>; 2] = [from, to].map(|one| match one {
@@ -178,7 +179,7 @@ impl Lower<'_> {
         let choice = self.builder.choice();
         let effects = regions.into_iter().map(|region| always(Write::Havoc(region, choice)));
         let at = self.assembler().builder.add(Some(key), effects.collect(), Step::Nothing);
-        let why = "a structure or array as a whole that is not followed: it may hold anything";
+        let why = "a whole structure or array that is not modelled: it may hold any value";
         self.program().approximate(at, why);
     }
 }

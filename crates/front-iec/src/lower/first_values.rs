@@ -1,4 +1,4 @@
-//! What variables begin with before the first scan, and what constants hold in every scan.
+//! Initial values of variables before the first scan, and values of constants in every scan.
 
 use super::Lower;
 use super::spots::Spot;
@@ -12,29 +12,29 @@ use scanbound_ir::{
     WordSource, WordTarget, Write, flow,
 };
 
-/// The name of the bit that is on in the first scan alone.
+/// The name of the bit that is on only in the first scan.
 pub(crate) const FIRST_SCAN: &str = "first scan";
 
-/// What a variable, or a part of one, begins with.
+/// The initial value of a variable or a part of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum First {
     Zero,
-    /// A bit that is on.
+    /// The bit in this cell is on.
     On(Cell),
-    /// A number that is not 0, from this cell on.
+    /// A number that is not 0, in the words from this cell on.
     Words(Cell, Number),
-    /// Something that is not worked out.
+    /// A value that is not known.
     Unknown,
 }
 
-/// A variable without parts, or several of one value: where they lie, and what they begin with.
+/// The initial value of a variable, or of several parts with the same value, with their cells.
 pub(crate) struct FirstValue {
     pub(crate) regions: Vec<Region>,
     pub(crate) first: First,
 }
 
 impl Lower<'_> {
-    /// What a variable and its parts begin with.
+    /// Collects the initial values of a variable and its parts.
     pub(super) fn first_values(&self, begins: &Initial, spot: &Spot, found: &mut Vec<FirstValue>) {
         let tree = self.tree;
         let part = |tag: Option<Tag>, ty| Some(Spot { name: String::new(), tag: tag?, ty });
@@ -88,14 +88,15 @@ impl Lower<'_> {
 }
 
 impl Assembler {
-    /// Where constants get their values as each scan begins; which, is given when all of them are known.
+    /// Adds the instruction that gives constants their values when a scan begins, and returns its index. Its writes are
+    /// added later.
     pub(crate) fn begin_constants(&mut self) -> usize {
         self.at(1, "constants");
         self.builder.add(None, Vec::new(), Step::Nothing)
     }
 
-    /// Gives constants their values: nobody can write them, so they hold these in every scan. Those that are not worked
-    /// out hold something that is not known.
+    /// Adds the writes of all constants' values: nothing else writes them, so they hold in every scan. An unknown value
+    /// is any value, reported as over-approximated.
     pub(crate) fn give_constants(
         &mut self,
         at: Option<usize>,
@@ -122,15 +123,15 @@ impl Assembler {
             }
             if is_unknown {
                 let why =
-                    format!("the value of the constant {name} is not worked out: it may be any");
+                    format!("the value of the constant {name} is not known: it may be any value");
                 self.program().approximate(at, why);
             }
         }
         self.program().instructions[at].effects = effects;
     }
 
-    /// Takes note of the first values of what the program writes, unless memory is shared: what it only reads is a
-    /// parameter that somebody else may set.
+    /// Records the initial values of variables that the program writes and that share no memory. A variable that it
+    /// only reads may be a parameter that somebody else sets.
     pub(crate) fn note_first_values(
         &mut self,
         at: Option<usize>,
@@ -153,7 +154,7 @@ impl Assembler {
             }
             known.cleared.extend(&one.regions);
             match &one.first {
-                // What survives a loss of power is not turned on anew.
+                // A retained bit is not set again at each power-up.
                 First::On(cell) if meets(&latched, &one) => {
                     known.values.insert(*cell, 1);
                 }
@@ -177,7 +178,7 @@ impl Assembler {
     }
 }
 
-/// What writes 0 to some cells.
+/// Writes of 0 to all cells of a range.
 fn zeros(region: Region) -> Vec<Effect> {
     let Region::Range { first, count } = region else { return Vec::new() };
     let zero = |cell: Cell| match Assembler::is_bit(cell) {

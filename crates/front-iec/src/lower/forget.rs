@@ -1,4 +1,4 @@
-//! Instances that begin anew with every call: what their charts remember begins anew with them.
+//! Resets the charts of instances that are initialised at every call.
 
 use super::Lower;
 use super::spots::Spot;
@@ -12,11 +12,11 @@ use scanbound_iec_tree::tree::Step;
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaKind, Logic, Region, WordTarget, Write};
 
-/// Larger arrays of charts are not begun anew.
+/// The most elements of an array of instances with charts that are reset.
 const MOST: i64 = 4096;
 
 impl<'t> Lower<'t> {
-    /// The routines of a unit, and of those that it extends, that are charts.
+    /// The routines that are charts, of a unit and of the units that it extends.
     pub(super) fn charts_of(&self, unit: UnitId) -> Vec<(RoutineId, &'t Chart)> {
         let tree = self.tree;
         let units: Vec<_> = tree.lineage(unit).into_iter().map(|one| tree.unit(one)).collect();
@@ -30,7 +30,8 @@ impl<'t> Lower<'t> {
         all.filter_map(chart).collect()
     }
 
-    /// Lets the charts in a variable remember nothing, as before their first scan.
+    /// Clears the state of all charts in a variable, as before their first scan. A fault for an array that is too large
+    /// or has several dimensions.
     pub(super) fn forget(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
         if !self.has_charts(spot.ty) {
             return Ok(());
@@ -50,7 +51,7 @@ impl<'t> Lower<'t> {
             Typed::Array(dimensions, of) => {
                 let refused = || {
                     let told = format!(
-                        "{} begins anew with every call, and what the charts in so many instances remember is not followed",
+                        "{} begins anew with every call, and has too many instances with charts to model their state",
                         spot.name
                     );
                     let help = "declare the instance in the VAR of a function block or a program";
@@ -70,7 +71,7 @@ impl<'t> Lower<'t> {
         parts.iter().try_for_each(|part| self.forget(part, line))
     }
 
-    /// The same of the charts of one instance.
+    /// Clears the state of the charts of one instance.
     fn forget_own(&mut self, spot: &Spot, unit: UnitId) {
         let instance = self.instance(spot, unit);
         for (id, _) in self.charts_of(unit) {

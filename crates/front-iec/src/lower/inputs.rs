@@ -1,5 +1,5 @@
-//! Inputs, outputs and memory that several variables name by their addresses: each bit has one value as the scan
-//! begins, whatever name it is read by. All but the largest of these variables are worked out from the others there.
+//! Variables that share bits of inputs, outputs and memory by their addresses: when a scan begins, each bit has one
+//! value, whatever name it is read by. The smaller variables are computed from the larger ones there.
 
 use super::Lower;
 use super::address::{Located, bits, meeting};
@@ -14,46 +14,45 @@ use scanbound_iec_tree::types::{Kind, Type as Typed, TypeId};
 use scanbound_ir::{BitSource, BitTarget, Cell, ChoiceKind, Logic, Region, Step, Tag, Type, Write};
 use std::collections::BTreeSet;
 
-/// What differs by controller.
-const OWN_UNITS: &str =
-    "whether numbers of addresses count units of their own size, or bytes: either";
-const HIGH_FIRST: &str = "which byte of a word at an address comes first: either";
+/// Reasons for the report: two points on which controllers differ.
+const OWN_UNITS: &str = "addresses may count units of their own size, or bytes";
+const HIGH_FIRST: &str = "the low or the high byte of a word may come first at an address";
 
-/// Elements of larger arrays are not looked at one by one: that they share bits is refused.
+/// The most elements of an array that are compared by address one by one. Larger arrays that share bits are refused.
 const MAX_SHARED: i64 = 100_000;
 
-/// Of more elements that are found by an index it is not told what they cannot hold.
+/// The most array elements read at run-time indices for which the range of an 8-bit number is stated.
 const MAX_CONSTRAINED: usize = 4096;
 
-/// Where variables that share bits get their values as the scan begins.
+/// The instruction that gives variables with shared bits their values when a scan begins.
 pub(super) struct Image {
     at: usize,
-    /// Whether addresses count their own units, and whether words begin with their high byte, where it makes a
-    /// difference.
+    /// Two free bits: whether addresses count units of their own size, and whether words begin with their high byte.
+    /// None if it makes no difference.
     readings: Option<[Logic; 2]>,
 }
 
-/// How the addresses of bits are worked out: in units of their own size, with the high byte first.
+/// A reading of addresses: whether they count units of their own size, and whether the high byte comes first.
 type Reading = (bool, bool);
 
 const READINGS: [Reading; 4] = [(false, false), (false, true), (true, false), (true, true)];
 
-/// What the values of a type are: one, of a kind of number or a bit, or several.
+/// The shape of a type: one bit (None) or number, or several values.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shape {
     One(Option<Kind>),
     Several(TypeId),
 }
 
-/// A variable with an address, or an element of an array.
+/// A variable with an address, or an element of an array that has one.
 struct Shared {
     area: char,
     spot: Spot,
-    /// Its type, as far as values are of one type.
+    /// The shape of its type: one bit or number, or several values.
     kind: Shape,
-    /// Its first bit, in both ways of counting.
+    /// The address of its first bit, in both ways of numbering.
     first: [u64; 2],
-    /// None, where it is no bit and no number.
+    /// Its size in bits. None if it is neither a bit nor an integer nor a REAL.
     size: Option<u64>,
     end: [u64; 2],
     number: usize,
@@ -71,14 +70,14 @@ impl Shared {
         self.first == other.first && self.kind == other.kind
     }
 
-    /// The address of one of its bits.
+    /// The address of one of its bits, in a reading of addresses.
     fn address(&self, bit: u64, (units, high_first): Reading) -> u64 {
         let size = self.size.unwrap_or(1);
         let byte = if high_first { (size - 1) / 8 - bit / 8 } else { bit / 8 };
         self.first[usize::from(units)] + 8 * byte + bit % 8
     }
 
-    /// Its bit at an address.
+    /// Its bit at an address, in a reading of addresses. None if the address is outside it.
     fn bit_at(&self, address: u64, (units, high_first): Reading) -> Option<BitTarget> {
         let size = self.size?;
         let offset = address.checked_sub(self.first[usize::from(units)]).filter(|&at| at < size)?;
@@ -97,7 +96,7 @@ impl Shared {
 }
 
 impl Lower<'_> {
-    /// Where variables that share bits get their values, if there are any.
+    /// Adds the instruction that gives variables with shared bits their values. None if no addresses share bits.
     pub(super) fn begin_image(&mut self) -> Option<Image> {
         let (shares, differs) = self.shared_addresses();
         if !shares {
@@ -108,7 +107,8 @@ impl Lower<'_> {
         Some(Image { at: self.assembler().builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 
-    /// Lets variables of 8 bits begin a scan with no more than these, as far as they are read: their words have 16.
+    /// Adds invariants that 8-bit variables, as far as they are read, hold only 8-bit values when a scan begins: their
+    /// words have 16 bits.
     pub(super) fn bound_bytes(&mut self, located: &[Located]) {
         let read = self.words_read();
         let mut all: Vec<Spot> = located.iter().map(|one| one.spot.clone()).collect();
@@ -134,14 +134,14 @@ impl Lower<'_> {
         }
     }
 
-    /// Lets all names of a bit have one value, when it is known which variables there are.
+    /// Adds the writes that give all names of a bit one value, when all variables with addresses are known.
     pub(super) fn begin_shared(&mut self, image: Option<Image>, located: &[Located]) {
         let Some(image) = image else { return };
         let mut all: Vec<Shared> = Vec::new();
         for (number, one) in located.iter().enumerate() {
             self.parts(one, number, &mut all);
         }
-        // What is worked out is worked out from what is at least as large.
+        // A variable is computed from variables that are at least as large.
         let length = |one: &Shared| one.end[0] - one.first[0];
         all.sort_by_key(|one| (std::cmp::Reverse(length(one)), one.number));
         let taken = |one: &Shared| (one.area, [0, 1].map(|side| (one.first[side], one.end[side])));
@@ -173,7 +173,7 @@ impl Lower<'_> {
                 }
                 _ => {
                     let told = format!(
-                        "{} shares bits with {}: that is followed of bits and numbers alone",
+                        "{} shares bits with {}: this is modelled only for bits, integers and REAL",
                         own.spot.name, others[0].spot.name
                     );
                     let help = "declare one of them without an address, and assign what it holds";
@@ -186,7 +186,7 @@ impl Lower<'_> {
         self.program().instructions[image.at].effects.extend(effects);
     }
 
-    /// What writes each bit of a variable from those that have it, too.
+    /// The writes that compute each bit of a variable from the other variables that contain it.
     fn worked_out_by_bits(
         &mut self,
         own: &Shared,
@@ -221,7 +221,7 @@ impl Lower<'_> {
             };
             writes.push(Write::Bit(target, value));
         }
-        // The sign of 8 bits fills its word.
+        // The sign of an 8-bit number fills its word.
         if let (Shape::One(Some(Kind::Whole { bits: 8, signed })), Some(cell)) =
             (own.kind, own.spot.tag.cell())
         {
@@ -235,7 +235,7 @@ impl Lower<'_> {
         writes
     }
 
-    /// A bit that another variable has, or one of its own.
+    /// The value of a bit: from another variable if that contains it, else a free bit for an input, or its own value.
     fn shared_bit(&mut self, area: char, source: Option<BitTarget>, own: BitTarget) -> Logic {
         match source {
             None if area == 'I' => self.world_bit(),
@@ -250,12 +250,13 @@ impl Lower<'_> {
         }
     }
 
-    /// Whether some addresses may share bits, and whether others than the same ones do.
+    /// Two answers: whether any addresses may share bits, and whether any addresses that share bits differ in text or
+    /// type. An array or structure with an address, beside another address, counts as both.
     fn shared_addresses(&self) -> (bool, bool) {
         let tree = self.tree;
         let mut all = Vec::new();
         for one in &tree.variables {
-            // A block may have several instances.
+            // A function block may have several instances.
             let times = match one.owner {
                 Owner::Unit(unit) if tree.unit(unit).kind != PouKind::Program => 2,
                 Owner::Unit(_) | Owner::Global(_) => 1,
@@ -284,7 +285,7 @@ impl Lower<'_> {
         (!pairs.is_empty() || (is_whole && several), differs || (is_whole && several))
     }
 
-    /// The words that instructions read; of those at computed addresses not more than are told what they cannot hold.
+    /// The words that instructions read, including up to [`MAX_CONSTRAINED`] words at computed addresses.
     fn words_read(&mut self) -> BTreeSet<Cell> {
         let program = self.program();
         let (mut read, mut computed) = (BTreeSet::new(), BTreeSet::new());
@@ -309,7 +310,7 @@ impl Lower<'_> {
         read
     }
 
-    /// The words of 8 bits among those that are read in a variable, and whether they have a sign.
+    /// Collects the 8-bit numbers in a variable whose words are read, each with whether it is signed.
     fn bytes(&mut self, spot: &Spot, read: &BTreeSet<Cell>, found: &mut BTreeSet<(Cell, bool)>) {
         if !is_read(&spot.tag, read) {
             return;
@@ -346,14 +347,14 @@ impl Lower<'_> {
         }
     }
 
-    /// The parts of what has an address that have values of their own.
+    /// Adds a variable with an address, or each element of a one-dimensional array of numbers.
     fn parts(&self, one: &Located, number: usize, found: &mut Vec<Shared>) {
         let (area, taken) = one.taken;
         let size = |shape: Shape| match shape {
             Shape::One(None) => Some(1),
             Shape::One(Some(Kind::Whole { bits, .. })) => Some(u64::from(bits)),
             Shape::One(Some(Kind::Real)) => Some(32),
-            // Controllers differ in the bits of a time.
+            // Controllers represent TIME differently.
             Shape::One(Some(Kind::Time | Kind::Opaque(_))) | Shape::Several(_) => None,
         };
         let first = taken.map(|(from, _)| from);
@@ -378,14 +379,14 @@ impl Lower<'_> {
     }
 }
 
-/// Whether any word of it is read.
+/// Whether any word of a tag is read.
 fn is_read(tag: &Tag, read: &BTreeSet<Cell>) -> bool {
     let words = tag.of.size().map_or(0, |size| size[1]);
     let begin = tag.begin()[1];
     read.range(begin..begin.plus(words)).next().is_some()
 }
 
-/// The elements of an array of which words are read.
+/// The elements of an array that have words which are read. Empty if the tag is not an array.
 fn elements_read(tag: &Tag, read: &BTreeSet<Cell>) -> Vec<Tag> {
     let Type::Array { first, count, of } = &tag.of else { return Vec::new() };
     let words = of.size().map_or(0, |size| size[1]);

@@ -1,4 +1,4 @@
-//! Loops, and how often they go round.
+//! Lowers loops and determines their iteration counts.
 
 use super::Lower;
 use super::cells::Effects;
@@ -20,34 +20,35 @@ use scanbound_iec_tree::tree::{
 };
 use scanbound_ir::{Logic, Number, Relation, WordSource, WordTarget, Write};
 
-/// With which value a loop begins.
+/// The value with which a loop begins.
 enum First {
     Known(i64),
     Value(Value),
-    /// That which its variable holds.
+    /// The current value of the loop variable.
     Held,
 }
 
-/// A variable that a loop counts up or down until it has passed an end.
+/// A variable that a loop moves by a constant until it has passed an end.
 struct Counting {
     variable: Place,
-    /// The last value with which the loop goes on is so far from this.
+    /// The loop continues up to the value `end + far`.
     end: Expr,
     far: i64,
     by: i64,
-    /// Whether it ends only where the variable is just beyond the end: from further on it goes round through all
-    /// values.
+    /// Whether the loop ends only at exactly one value (`<>`). If the variable starts beyond it, the loop runs through
+    /// all values of the type.
     only_there: bool,
 }
 
 fn endless<T>(line: u32, what: &str) -> Result<T, Fault> {
     Err(Fault::new(line, what)
         .code(FaultCode::LoopCount)
-        .help("give it a variable of a larger type, or fewer turns"))
+        .help("give the loop a variable of a larger type, or fewer iterations"))
 }
 
 impl Lower<'_> {
-    /// `FOR`
+    /// Lowers a FOR loop. A fault if its step is not a constant other than 0, or if the body may change the loop
+    /// variable or the end.
     pub(super) fn counted_loop(
         &mut self,
         at: &Context,
@@ -57,19 +58,20 @@ impl Lower<'_> {
     ) -> Result<(), Fault> {
         let ForLoop { variable, from, to, by, body } = own;
         let Some(by) = by.filter(|&by| by != 0) else {
-            return Err(Fault::new(line, "the step of FOR is no constant")
+            return Err(Fault::new(line, "the step of FOR must be a constant other than 0")
                 .code(FaultCode::LoopCount)
                 .help("write a number"));
         };
         let shown = &variable.text;
         if self.may_write(at, body, variable) {
             let message = format!("the loop writes to its own variable {shown}");
-            let help = "use EXIT to leave a loop, and a variable that nothing called in it writes";
+            let help =
+                "use EXIT to leave a loop, and a variable that no code called in the loop writes";
             return Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help));
         }
         if self.names(at, to, variable) {
             let message = format!("the end of FOR names its own variable {shown}");
-            let help = "some controllers work the end out once, others before every turn: assign it to another variable";
+            let help = "some controllers evaluate the end once, others before every iteration: assign it to another variable";
             return Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help));
         }
         self.end_stays(at, to, body, line)?;
@@ -86,7 +88,7 @@ impl Lower<'_> {
         let now = self.held(at, variable, line)?;
         let next = self.combined(Operator::Add, now, Value::Constant(by), line)?;
         self.assign(at, variable, None, next, line)?;
-        // Some controllers work the end out before each turn.
+        // Some controllers evaluate the end before each iteration.
         if to.whole().is_none() && !matches!(to.kind, ExprKind::Read(_)) {
             self.value(at, to)?;
         }
@@ -96,14 +98,14 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// The value that a variable holds.
+    /// Lowers a read of a variable, and charges it.
     fn held(&mut self, at: &Context, place: &Place, line: u32) -> Result<Value, Fault> {
         let one = Expr { kind: ExprKind::Read(place.clone()), ty: place.ty, line };
         self.value(at, &one)
     }
 
-    /// Gives a loop's variable its first value; that value, or none where it is what the variable holds then: one of
-    /// another type does not hold all, and another task may write it at once.
+    /// Assigns the first value to a loop variable and returns it. Returns [`First::Held`] if the variable may then hold
+    /// another value: its type does not hold all values of the expression, or another task may write it.
     fn first_of(
         &mut self,
         at: &Context,
@@ -134,8 +136,7 @@ impl Lower<'_> {
         })
     }
 
-    /// Behind a loop, its variable is beyond the end, or holds the last value with which it went round: controllers
-    /// differ.
+    /// After a loop, its variable is beyond the end, or holds the value of the last iteration: controllers differ.
     fn left_behind(
         &mut self,
         at: &Context,
@@ -162,7 +163,7 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// `WHILE`
+    /// Lowers a WHILE loop. A fault if its iteration count is neither found nor stated.
     pub(super) fn while_true(
         &mut self,
         at: &Context,
@@ -178,7 +179,7 @@ impl Lower<'_> {
         let out = self.around(at, body, targets);
         self.at(line, "END_WHILE");
         self.end_loop(begin, "JMP", Vec::new());
-        // The test that ends it, where it has gone round as often as it can.
+        // The last test, after the largest number of iterations.
         let goes_on = self.bit(at, condition)?;
         self.cost(&["JMP"], "jump");
         if is_stated {
@@ -191,7 +192,7 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// `REPEAT`
+    /// Lowers a REPEAT loop. A fault if its iteration count is neither found nor stated.
     pub(super) fn repeated(
         &mut self,
         at: &Context,
@@ -214,7 +215,7 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// The body of a loop; gives the jumps out of it.
+    /// Lowers the body of a loop. Returns the jumps out of it (EXIT).
     fn around(
         &mut self,
         at: &Context,
@@ -231,8 +232,9 @@ impl Lower<'_> {
         out
     }
 
-    /// How often WHILE or REPEAT goes round, and whether that is only stated: by what it counts, by EXIT or RETURN at
-    /// the end of each turn, or as stated.
+    /// The iteration count of WHILE or REPEAT, and whether it is only stated by the user. It comes from an EXIT or
+    /// RETURN that ends each iteration, from a counted variable, or from a stated maximum. `fewest`: the iterations
+    /// that run without a test.
     fn turns_while(
         &mut self,
         at: &Context,
@@ -257,13 +259,14 @@ impl Lower<'_> {
         }
     }
 
-    /// The most turns that are stated of the loop in a line.
+    /// The largest iteration count that the user states for the loop in this line of the current file. None if nothing
+    /// is stated.
     fn stated_turns(&self, fewest: u32, line: u32) -> Result<Option<u16>, Fault> {
         let names = file_names(&self.project.files, self.file);
         crate::assembler::loops::most_stated(&self.options.stated_turns, names, fewest, line)
     }
 
-    /// How often a loop goes round that counts a variable, but at least so often.
+    /// The iteration count of a loop that counts a variable, but at least `fewest`.
     fn turns_of(
         &mut self,
         at: &Context,
@@ -273,7 +276,7 @@ impl Lower<'_> {
     ) -> Result<Turns, Fault> {
         let Counting { variable, end, far, by, only_there } = counting;
         if *only_there {
-            // A loop that is carried out before it is tested begins one step further on.
+            // A loop that is tested after its body starts one step further on.
             let (first, beyond) = match (fewest, *by > 0) {
                 (0, true) => (Operator::Greater, *by),
                 (0, false) => (Operator::Less, *by),
@@ -295,8 +298,9 @@ impl Lower<'_> {
         self.turns(at, variable, (First::Held, end, *by), (*far, fewest), line)
     }
 
-    /// How often a variable goes from one value to another, or one so far from that, by steps, but at least so often.
-    /// It has no end where the variable, beyond its end, would be beyond what its type holds: it begins anew there.
+    /// The iteration count of a loop from `from` up or down to `to + far` in steps of `by`, but at least `fewest`. The
+    /// loop is unbounded where its variable would leave the range of its type beyond the end, since it wraps around
+    /// there.
     fn turns(
         &mut self,
         at: &Context,
@@ -310,7 +314,7 @@ impl Lower<'_> {
         let end = to.whole();
         if !held.is_signed() && end.is_some_and(|end| end < 0) {
             let told = format!(
-                "{} has no sign and the end of the loop is below 0: some controllers take that as a very large number",
+                "{} is unsigned and the end of the loop is below 0: some controllers take it as a very large number",
                 variable.text
             );
             return endless(line, &told);
@@ -323,7 +327,7 @@ impl Lower<'_> {
             let last = i128::from(from) + turns * i128::from(by);
             if turns > 0 && !(i128::from(range.0)..=i128::from(range.1)).contains(&last) {
                 let told = format!(
-                    "{} cannot go beyond {to}, the end of the loop: it would go round for ever",
+                    "{} cannot go beyond {to}, the end of the loop: the loop would never end",
                     variable.text
                 );
                 return endless(line, &told);
@@ -331,7 +335,7 @@ impl Lower<'_> {
             let turns = turns.max(fewest.into());
             return match u16::try_from(turns).ok().filter(|turns| i64::from(*turns) <= MOST) {
                 Some(turns) => Ok(Turns::exactly(turns)),
-                None => endless(line, &format!("the loop goes round {turns} times")),
+                None => endless(line, &format!("the loop runs {turns} iterations")),
             };
         }
         let from = match from {
@@ -360,11 +364,11 @@ impl Lower<'_> {
             },
             _ => "the end of the loop".to_owned(),
         };
-        let name = format!("the turns up to {name}");
+        let name = format!("the iterations up to {name}");
         self.counted_turns([&found[0], &found[1]], (by, range), fewest, &name, line)
     }
 
-    /// The type of a loop's variable, and what it can hold.
+    /// The type of a loop variable, and its least and largest value. A fault if it is not an integer.
     fn range_of(
         &mut self,
         at: &Context,
@@ -375,7 +379,7 @@ impl Lower<'_> {
             Ty::Number(kind @ Kind::Whole { bits: bits @ ..=32, signed }) => {
                 Some((kind, whole_range(bits, signed)))
             }
-            // More than any count that is followed.
+            // A range larger than any count that is modelled.
             Ty::Number(kind @ Kind::Whole { signed, .. }) => {
                 Some((kind, (if signed { -(1 << 40) } else { 0 }, 1 << 40)))
             }
@@ -388,12 +392,12 @@ impl Lower<'_> {
         };
         found.ok_or_else(|| {
             let name = &variable.text;
-            let message = format!("{name} counts a loop and is no whole number");
+            let message = format!("{name} counts a loop and is not an integer");
             Fault::new(line, message).code(FaultCode::LoopCount).help("declare it as INT or DINT")
         })
     }
 
-    /// Refuses an end that the loop itself may move.
+    /// Refuses an end of a loop that the loop itself may change.
     fn end_stays(
         &mut self,
         at: &Context,
@@ -414,16 +418,17 @@ impl Lower<'_> {
             true => "a function".into(),
             false => {
                 let moved = read.into_iter().find(|(one, _)| self.may_change(at, body, one));
-                moved.map_or("what it is made of".into(), |(_, what)| what)
+                moved.map_or("a variable in it".into(), |(_, what)| what)
             }
         };
-        let message = format!("the loop may move its own end: it writes or calls {what}");
+        let message = format!("the loop may change its own end: it writes or calls {what}");
         let help = "put the end into a variable that nothing in the loop writes";
         Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help))
     }
 
-    /// What a loop counts that goes on while (or until) a condition holds: a variable that is compared with an end, and
-    /// that one statement of the body, which every turn comes to, moves by a constant.
+    /// Finds the variable that a loop counts, for a loop that continues while (or until) `condition` is true: one that
+    /// the condition compares with an end, and that exactly one statement, executed in every iteration, moves by a
+    /// constant. A fault if there is none.
     fn counting(
         &mut self,
         at: &Context,
@@ -440,7 +445,7 @@ impl Lower<'_> {
         });
         let parts = parts.into_iter().filter(|_| !skips);
         let mut candidates: Vec<_> = parts.flat_map(|part| compared(part, while_true)).collect();
-        // What ends a loop only at one value is taken where nothing else does.
+        // An end at exactly one value is used only if no other is found.
         candidates.sort_by_key(|(_, operator, _)| *operator == Operator::NotEqual);
         for (place, operator, end) in candidates {
             let mut steps = body
@@ -476,7 +481,7 @@ impl Lower<'_> {
         Err(crate::assembler::loops::not_known(file, u8::from(!while_true), line))
     }
 
-    /// Whether what a condition calls may write the variable or the end that it compares.
+    /// Whether code that a condition calls may write the variable or the end that it compares.
     fn moves_what_it_compares(
         &mut self,
         at: &Context,
@@ -490,16 +495,17 @@ impl Lower<'_> {
         called.changes(&compared)
     }
 
-    /// Whether a variable has so many values that no loop that is followed goes through all of them.
+    /// Whether a variable has more values than the largest iteration count that is modelled.
     fn is_wide(&mut self, at: &Context, variable: &Place, line: u32) -> bool {
         self.range_of(at, variable, line).is_ok_and(|(_, (least, most))| most - least > MOST)
     }
 }
 
 impl Assembler {
-    /// An end of a loop as a number.
+    /// An end of a loop, plus `far`, as a number. `crosses`: signed and unsigned numbers are compared, so that a
+    /// negative end is unbounded.
     fn loop_end(&mut self, value: Value, far: i64, crosses: bool) -> Number {
-        // A short one is kept as it is: what is known of its one word says more than what is known of two.
+        // A 16-bit number stays in one word: more is known about one word than about two.
         let is_short =
             matches!(value, Value::Number(Kind::Whole { bits: ..=16, .. }, _)) && !crosses;
         let value = match value {
@@ -510,7 +516,7 @@ impl Assembler {
         };
         let mut number = self.as_number(value, DINT);
         if crosses {
-            // Some controllers take it as a very large one.
+            // Some controllers take a negative end as a very large number.
             number = Number::Words(self.copied(number, 2));
             self.without_end(below_zero(DINT, &number));
         }
@@ -523,7 +529,7 @@ impl Assembler {
         }
     }
 
-    /// How often a number goes from one end to the other by steps.
+    /// The iteration count between two ends known only at run time, in steps of `by`.
     fn counted_turns(
         &mut self,
         ends: [&Number; 2],
@@ -538,7 +544,7 @@ impl Assembler {
         let [high_value, low_value] = [high, low].map(number);
         let difference = Number::Sub(Box::new(high.clone()), Box::new(low.clone()));
         let apart = self.copied(difference.clone(), 2);
-        // How often it goes on behind its first turn, and the value with which it goes round last.
+        // The iterations after the first one, and the value of the variable in the last one.
         let (more, last) = match by.abs() {
             1 => (difference, last),
             step => {
@@ -547,20 +553,24 @@ impl Assembler {
                     let steps = constant(step, 2);
                     match self.arithmetic(operator, DINT, difference.clone(), steps)? {
                         Value::Number(_, part) => parts.push(Box::new(part)),
-                        _ => return endless(line, "the loop's count is not followed"),
+                        _ => {
+                            return endless(
+                                line,
+                                "the iteration count of the loop is not modelled",
+                            );
+                        }
                     }
                 }
                 let end = Box::new(ends[1].clone());
                 let (Some(short), Some(more)) = (parts.pop(), parts.pop()) else {
-                    return endless(line, "the loop's count is not followed");
+                    return endless(line, "the iteration count of the loop is not modelled");
                 };
                 let last = if by > 0 { Number::Sub(end, short) } else { Number::Add(end, short) };
                 (*more, Value::Number(DINT, last))
             }
         };
         let count = Number::Add(Box::new(more), Box::new(constant(1, 2)));
-        // A count of more than 16 bits is the largest there is: beyond that, nothing is bounded. A difference that does
-        // not fit 31 bits comes out below 0.
+        // Counts above the largest one that is modelled are unbounded. A difference of more than 31 bits is negative.
         let words = self.copied(count, 2);
         let counted = Value::Number(DINT, Number::Words(words.clone()));
         let none = self.holds(Operator::Less, high_value, low_value, line)?;
@@ -574,7 +584,7 @@ impl Assembler {
         let beyond = Logic::All(vec![none.clone().not(), endless]);
         self.without_end(beyond);
         if fewest > 0 {
-            // A turn that is made without a test may leave the type, and come back before the end.
+            // An iteration without a test may leave the range of the type and wrap around before the end.
             let first = number(ends[0]);
             let leaves = self.holds(operator, first, Value::Constant(most - by), line)?;
             self.without_end(Logic::All(vec![none.clone(), leaves]));
@@ -589,7 +599,7 @@ impl Assembler {
     }
 }
 
-/// By how much a statement moves a variable: `i := i + 1`.
+/// The constant by which a statement such as `i := i + 1` moves a variable. None for other statements.
 fn step_of(one: &Statement, place: &Place) -> Option<i64> {
     let StatementKind::Assign(target, value) = &one.kind else { return None };
     let ExprKind::Binary(operator, left, right) = &value.unconverted().kind else { return None };
@@ -604,7 +614,7 @@ fn step_of(one: &Statement, place: &Place) -> Option<i64> {
     by.filter(|by| *by != 0 && is_same(target, place))
 }
 
-/// Whether no turn of a loop with this body is followed by another one: each comes to an EXIT or RETURN.
+/// Whether a loop with this body ends in its first iteration: each path reaches an EXIT or RETURN.
 fn ends_in_first_turn(body: &[Statement]) -> bool {
     let leaves = |one: &Statement| match &one.kind {
         StatementKind::Exit => true,
@@ -619,7 +629,7 @@ fn ends_in_first_turn(body: &[Statement]) -> bool {
     !skips
 }
 
-/// The parts of a condition that are joined so.
+/// Collects the operands of nested AND or OR (`by`) in a condition.
 fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
     match &one.kind {
         ExprKind::Binary(operator, left, right) if operator.eager() == by => {
@@ -630,7 +640,8 @@ fn joined<'e>(one: &'e Expr, by: Operator, parts: &mut Vec<&'e Expr>) {
     }
 }
 
-/// Variables, how they are to an end while a loop goes on, and the end.
+/// The comparisons of a variable with an end in an expression: the variable, the relation that holds while the loop
+/// continues, and the end. Empty if the expression is not a comparison.
 fn compared(one: &Expr, while_true: bool) -> Vec<(&Place, Operator, &Expr)> {
     let ExprKind::Binary(operator, left, right) = &one.kind else { return Vec::new() };
     let Some((own, other)) = crate::assembler::loops::goes_on(*operator, while_true) else {
@@ -644,7 +655,7 @@ fn compared(one: &Expr, while_true: bool) -> Vec<(&Place, Operator, &Expr)> {
     if let ExprKind::Read(place) = &right.kind {
         found.push((place, other, left));
     }
-    // A loop that goes on at one value alone says nothing of its turns.
+    // A loop that continues at only one value gives no iteration count.
     found.retain(|(_, operator, _)| *operator != Operator::Equal);
     found
 }

@@ -1,4 +1,4 @@
-//! From the typed tree to the program, in one walk. It compares no names.
+//! Lowers the typed tree to a [`Program`] in one walk. Names are resolved already: nothing here compares names.
 
 mod actions;
 mod address;
@@ -48,55 +48,55 @@ use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
-/// Instructions that give back what was handed over in and out, with the file of the call and its line.
+/// The instructions that copy a VAR_IN_OUT argument back after a call, and the file index and line of the call.
 type GivenBack = (std::ops::Range<usize>, usize, u32);
 
-/// What of an instance is executed.
+/// Which code of an instance is executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Entry {
-    /// Its body: that of its unit, or of one that it extends.
+    /// The instance's body: that of its unit, or the nearest one that the unit inherits.
     Body,
-    /// A routine, and the body of a base, whatever the instance's own unit has.
+    /// This routine: a method, an action, or the body of a particular base unit, regardless of the instance's own unit.
     Routine(RoutineId),
 }
 
-/// What is asked of the program.
+/// Options for lowering a program.
 struct Options {
-    /// How often loops are stated to go round, by their places.
+    /// Iteration counts that the user states for loops, as [min, max] by place.
     stated_turns: BTreeMap<String, (i64, i64)>,
-    /// Whether a loop of which nothing is known is taken to go round any number of times.
+    /// Whether a loop with no known iteration count may run any number of iterations. If false, such a loop is a fault.
     is_incomplete: bool,
-    /// Whether function blocks with charts are lowered, too, that no program has an instance of.
+    /// Whether to lower function blocks with charts also if no program has an instance of them.
     with_unused: bool,
     charts: ChartOptions,
 }
 
-/// What is asked of the way in which charts are executed.
+/// How charts are executed.
 struct ChartOptions {
     /// Whether actions are executed before transitions are evaluated.
     actions_first: bool,
-    /// Which of transitions clear that compete without priorities.
+    /// Which transitions clear when several compete without stated priorities.
     competing: Competing,
-    /// In which order actions are executed, as the user states.
+    /// The order in which actions are executed, if the user states it.
     action_order: Option<ActionOrder>,
-    /// Whether drawn conditions read what their blocks gave in the last scan, as the user states.
+    /// Whether the user states that drawn transition conditions read the blocks' outputs from the previous scan.
     drawn_last_scan: bool,
-    /// Whether others than the program may write variables.
+    /// Whether writers other than the program may change variables between scans.
     others_write: bool,
 }
 
-/// What is known of charts while a program is lowered.
+/// Data about the charts of all instances, collected during lowering.
 #[derive(Default)]
 struct Charts {
-    /// What the chart of a routine of an instance remembers.
+    /// The state memory (step bits and the like) of each chart, by instance and routine.
     memories: BTreeMap<(usize, RoutineId), Rc<ChartMemory>>,
-    /// The bits that say that RETURN ended an action.
+    /// By instance and routine: the bit that is true if a RETURN ended the action.
     returned: BTreeMap<(usize, RoutineId), Cell>,
-    /// The numbers of charts, to tell what they remember apart before it has cells.
+    /// A number for each chart. It identifies the chart's state as an effect before that state has cells.
     numbers: BTreeMap<(usize, RoutineId), u32>,
 }
 
-/// A program while it is lowered.
+/// The state of lowering one program.
 struct Lower<'t> {
     assembler: Assembler,
     tree: &'t Tree,
@@ -106,59 +106,60 @@ struct Lower<'t> {
     instances: Vec<Instance>,
     routines: Routines,
     given_back: Vec<GivenBack>,
-    /// What routines read and write, when it has been asked for.
+    /// Cache: the effects of routines that were computed so far.
     effects: BTreeMap<(usize, Entry), Effects>,
     kept: Kept,
     charts: Charts,
-    /// The numbers of bodies whose statements are counted.
+    /// Index of each body in the program's statement counts.
     bodies: Bodies,
     budget: Option<&'t Budget<'t>>,
-    /// Why lowering stopped early, if it did.
+    /// Why lowering stopped early (time limit or user), if it did.
     stopped: Option<StopReason>,
 }
 
-/// Where variables lie.
+/// Where variables are stored.
 #[derive(Default)]
 struct Memory {
-    /// How types are laid out, by their numbers.
+    /// The memory layout of each type, indexed by type number; None until it is computed.
     layouts: Vec<Option<Type>>,
-    /// Where the variables of a unit lie in its instances.
+    /// The position of each variable within an instance of its unit.
     positions: BTreeMap<(UnitId, VarId), usize>,
     globals: BTreeMap<VarId, Spot>,
-    /// Instances that are variables, by where these lie.
+    /// Index of the instance that each variable of a block type is, by its memory place.
     instances: BTreeMap<SpotKey, usize>,
-    /// The instances of programs by their numbers, and those of functions by their tasks.
+    /// Instance index of each program, by program number.
     programs: BTreeMap<usize, usize>,
+    /// Instance index of each function, by unit and task number.
     functions: BTreeMap<(UnitId, usize), usize>,
     addresses: BTreeMap<AddressId, Spot>,
-    /// The variables of methods, by instance.
+    /// The memory for the variables of each method, by instance and method.
     frames: BTreeMap<(usize, RoutineId), Spot>,
-    /// The variables of functions and methods, which begin anew with every call.
+    /// The memory of functions and methods. Their variables are initialised again at every call.
     begin_anew: RegionSet,
     targets: Targets,
     enabled: EnabledInstances,
 }
 
-/// What the body that is lowered keeps.
+/// Values that are kept in temporaries between statements of the body that is being lowered.
 #[derive(Default)]
 struct Kept {
     values: BTreeMap<TempId, Value>,
-    /// How large they are, of those that are not followed.
+    /// The size of each kept value whose content is not modelled ([`Value::Any`]).
     extents: BTreeMap<TempId, Extent>,
 }
 
-/// The routines of a program while it is lowered.
+/// The routines and tasks of a program during lowering.
 #[derive(Default)]
 struct Routines {
-    /// Where those begin that are lowered.
+    /// First instruction of each routine that is lowered already, by instance and entry.
     known: BTreeMap<(usize, Entry), usize>,
-    /// Calls whose routines are not lowered yet.
+    /// Calls whose target is still to be set: the call instruction, and the instance and entry that it calls.
     open: Vec<(usize, usize, Entry)>,
-    /// The task whose routines are lowered.
+    /// Number of the task whose routines are being lowered.
     task: usize,
-    /// The programs that each task runs: their instances.
+    /// For each task, the instances of the programs that it runs.
     tasks: Vec<Vec<usize>>,
-    /// What the programs of the other tasks read and write, by task, when it has been asked for.
+    /// Cache: for each task, the combined effects of the programs of all other tasks.
     others: BTreeMap<usize, Effects>,
 }
 
@@ -211,7 +212,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Whether the time limit, or the user, ends the audit now. Then there is no program.
+    /// Whether the time limit or the user has ended the audit. Lowering then stops and returns no program.
     fn is_late(&mut self) -> bool {
         self.stopped = self.stopped.or_else(|| self.budget.and_then(Budget::stop_reason));
         self.stopped.is_some()

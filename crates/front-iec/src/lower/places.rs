@@ -1,4 +1,4 @@
-//! Where variables lie: instances, frames of methods, global variables and parts of them.
+//! Assigns memory to instances, methods and global variables, and finds the place of a path.
 
 use super::spots::{Context, Element, Found, Instance, Spot};
 use super::{Lower, VARIABLES};
@@ -14,15 +14,16 @@ use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Number, Type};
 use std::sync::Arc;
 
-/// The most instances of function blocks in one variable.
+/// The most function block instances that one variable or program may contain.
 const MAX_INSTANCES: u64 = 100_000;
 
 fn too_large(line: u32, name: &str) -> Fault {
-    Fault::new(line, format!("there is no room for {name}")).code(Code::TooLarge)
+    Fault::new(line, format!("{name} is too large for the memory that is modelled"))
+        .code(Code::TooLarge)
 }
 
 impl<'t> Lower<'t> {
-    /// How a type is laid out.
+    /// The memory layout of a type. A fault if the type, or a unit in it, has one.
     pub(super) fn layout(&mut self, ty: TypeId) -> Result<Type, Fault> {
         if let Some(known) = &self.memory.layouts[ty.index()] {
             return Ok(known.clone());
@@ -33,7 +34,7 @@ impl<'t> Lower<'t> {
                 None => Type::Bit,
                 Some(kind) => Type::Words(kind.words()),
             },
-            // One word stands for what is not followed.
+            // One word stands for a text; a reference needs no more.
             Typed::Text(_) | Typed::Reference(..) | Typed::Interface(_) => Type::Words(1),
             Typed::Array(dimensions, of) => {
                 let of = self.layout(*of)?;
@@ -63,7 +64,7 @@ impl<'t> Lower<'t> {
                     }
                 }
                 match self.layout_of(tree.members(*unit))? {
-                    // Each instance lies somewhere of its own.
+                    // Each instance needs a place of its own.
                     empty if empty.size() == Some([0, 0]) => {
                         Type::Parts(Arc::new([(String::new(), Type::Bit)].into_iter().collect()))
                     }
@@ -87,7 +88,7 @@ impl<'t> Lower<'t> {
         Ok(Type::Parts(Arc::new(parts.into_iter().collect())))
     }
 
-    /// How many instances of units' blocks a variable of this type holds.
+    /// The number of function block instances in a variable of this type, at all depths. Standard blocks do not count.
     pub(super) fn instances_of(&self, ty: TypeId) -> u64 {
         match self.tree.types.get(ty) {
             Typed::Block(unit) => {
@@ -108,7 +109,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// A variable of its own.
+    /// Allocates memory for a variable. A fault if it is too large.
     pub(super) fn placed(&mut self, name: &str, ty: TypeId, line: u32) -> Result<Spot, Fault> {
         let layout = self.layout(ty)?;
         let instances = self.instances_of(ty);
@@ -122,7 +123,7 @@ impl<'t> Lower<'t> {
         Ok(Spot { name: name.to_owned(), tag, ty })
     }
 
-    /// A global variable's name, with that of its list.
+    /// The name of a global variable, with that of its list if it has one.
     pub(super) fn full_name(&self, id: VarId) -> String {
         let one = self.tree.variable(id);
         match one.owner {
@@ -154,7 +155,7 @@ impl<'t> Lower<'t> {
         Ok(spot)
     }
 
-    /// The instance at a spot.
+    /// The index of the instance at a spot, which is created if it is new.
     pub(super) fn instance(&mut self, spot: &Spot, unit: UnitId) -> usize {
         let next = self.instances.len();
         let at = *self.memory.instances.entry(spot.key()).or_insert(next);
@@ -167,7 +168,7 @@ impl<'t> Lower<'t> {
         at
     }
 
-    /// The instance of a program, by its number.
+    /// The instance index of a program, which is allocated at the first request.
     pub(super) fn program_instance(&mut self, at: usize) -> Result<usize, Fault> {
         if let Some(&known) = self.memory.programs.get(&at) {
             return Ok(known);
@@ -178,7 +179,7 @@ impl<'t> Lower<'t> {
         Ok(instance)
     }
 
-    /// An instance of a unit that is a variable of its own.
+    /// Allocates an instance of a unit under a name.
     pub(super) fn unit_instance(&mut self, name: &str, unit: UnitId) -> Result<usize, Fault> {
         let line = self.tree.unit(unit).line;
         let ty = self.tree.types.find(&Typed::Block(unit));
@@ -187,7 +188,8 @@ impl<'t> Lower<'t> {
         Ok(self.instance(&spot, unit))
     }
 
-    /// The instance of a function: each task has its own, since one may interrupt another in the midst of it.
+    /// The instance of a function in the current task. Each task has its own, since a task may interrupt another one
+    /// within the function.
     pub(super) fn function_instance(&mut self, unit: UnitId) -> Result<usize, Fault> {
         let task = self.routines.task;
         if let Some(&known) = self.memory.functions.get(&(unit, task)) {
@@ -203,7 +205,7 @@ impl<'t> Lower<'t> {
         Ok(instance)
     }
 
-    /// The variables of a method of an instance.
+    /// The memory for the variables of a method of an instance.
     pub(super) fn frame(&mut self, instance: usize, method: RoutineId) -> Result<Spot, Fault> {
         if let Some(known) = self.memory.frames.get(&(instance, method)) {
             return Ok(known.clone());
@@ -226,7 +228,7 @@ impl<'t> Lower<'t> {
         Ok(spot)
     }
 
-    /// Where a variable of a unit lies in its instances.
+    /// The position of a variable within the instances of a unit. None if the unit does not have it.
     fn position(&mut self, unit: UnitId, id: VarId) -> Option<usize> {
         if let Some(&known) = self.memory.positions.get(&(unit, id)) {
             return Some(known);
@@ -237,14 +239,14 @@ impl<'t> Lower<'t> {
         self.memory.positions.get(&(unit, id)).copied()
     }
 
-    /// A variable of an instance.
+    /// The place of a variable in an instance of `unit`. None if the unit does not have it.
     pub(super) fn member(&mut self, spot: &Spot, unit: UnitId, id: VarId) -> Option<Spot> {
         let tag = spot.tag.part_at(self.position(unit, id)?)?;
         let one = self.tree.variable(id);
         Some(Spot { name: format!("{}.{}", spot.name, one.name), tag, ty: one.ty })
     }
 
-    /// A variable of a method.
+    /// The place of a variable in a method's memory. None if the method does not have it.
     pub(super) fn local(&self, frame: &Spot, method: RoutineId, id: VarId) -> Option<Spot> {
         let at = self.tree.routine(method).variables.iter().position(|&one| one == id)?;
         let one = self.tree.variable(id);
@@ -252,7 +254,7 @@ impl<'t> Lower<'t> {
         Some(Spot { name: format!("{}.{}", frame.name, one.name), tag, ty: one.ty })
     }
 
-    /// A variable where code of a context names it.
+    /// The place of a variable that code in this context names.
     pub(super) fn variable(&mut self, at: &Context, id: VarId) -> Result<Spot, Fault> {
         let one = self.tree.variable(id);
         let missing = || too_large(one.line, &one.name);
@@ -269,7 +271,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Where a path begins.
+    /// The place at which a path begins. A fault for a temporary, or if there is no room for the variable.
     pub(super) fn root(&mut self, at: &Context, root: Root, line: u32) -> Result<Spot, Fault> {
         match root {
             Root::Variable(id) => self.variable(at, id),
@@ -284,7 +286,8 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// One step on from a spot, but for elements whose number is worked out.
+    /// The place one step further along a path. None for an array element with a run-time index, a bit, or a step that
+    /// does not match the type.
     pub(super) fn stepped(
         &mut self,
         spot: &Spot,
@@ -325,7 +328,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// The unit whose instance a place is, where its path begins.
+    /// The unit of the instance at which a path begins. None if it does not begin at an instance.
     pub(super) fn root_unit(&self, at: &Context, root: Root) -> Option<UnitId> {
         match root {
             Root::This => Some(self.instances[at.instance].unit),
@@ -336,7 +339,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// The fault of a value that no way has kept.
+    /// The fault of a temporary that was never set.
     pub(super) fn nothing_kept(&self, id: TempId, line: u32) -> Fault {
         let text = &self.tree.temporaries[id.index()].text;
         let help = "give all files of the project, or declare it";
@@ -350,7 +353,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// What a place is; its indices are worked out.
+    /// Looks up a place and evaluates its run-time indices.
     pub(super) fn find(&mut self, at: &Context, place: &Place, line: u32) -> Result<Found, Fault> {
         if let Some(own) = self.only_target(at, place, line)? {
             return self.find(at, &own, line);
@@ -408,7 +411,7 @@ impl<'t> Lower<'t> {
         Some(Found::WordBit(cell.plus(u32::from(bit / 16)), bit % 16, last))
     }
 
-    /// The element of an array whose number is worked out.
+    /// Lowers the indices of an array element that are computed at run time.
     fn element_of(
         &mut self,
         at: &Context,
@@ -451,7 +454,7 @@ impl<'t> Lower<'t> {
         Ok(Element { spot: inner, terms, base, whole })
     }
 
-    /// What was found, whatever indices are written next.
+    /// Copies the index values of an element, so that later writes do not change which element is meant.
     pub(super) fn staying(&mut self, found: Found) -> Found {
         let Found::Element(mut element) = found else { return found };
         for (words, _) in &mut element.terms {
@@ -472,5 +475,5 @@ impl<'t> Lower<'t> {
 }
 
 fn not_followed(line: u32) -> Fault {
-    Fault::new(line, "a part of a variable is not followed").code(Code::NotModelled)
+    Fault::new(line, "this part of a variable is not modelled").code(Code::NotModelled)
 }

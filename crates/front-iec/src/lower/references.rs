@@ -1,9 +1,9 @@
-//! References, pointers and interfaces: a word that says which of the variables is meant whose address the project
-//! takes.
+//! Lowers references, pointers and interfaces. A reference is a word with the number of the variable to which it
+//! points, among the variables whose addresses the project takes.
 //!
-//! Which these are is found before anything is lowered, by a walk through all code until no more are found. What is
-//! done through a reference is done to each of them that it can mean, behind a test of the word; if there is one,
-//! without a test.
+//! These variables are found before lowering: all code is walked repeatedly until no more are found. An operation
+//! through a reference is lowered once for each variable to which it can point, behind a test of the word; without a
+//! test if there is only one.
 
 use super::cells::encloses;
 use super::spots::{Context, Found, Instance, Spot};
@@ -17,16 +17,16 @@ use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
 use scanbound_ir::{Logic, Number, NumberFormat, Region, Relation, WordSource};
 
-/// More variables than this, one reference is not taken to mean.
+/// The most variables to which one reference may point; beyond, it is refused.
 const MOST: usize = 64;
 
-/// Larger arrays are not gone through.
+/// The most elements of an array that is searched for references.
 const MAX_ELEMENTS: i64 = 4096;
 
-/// How often all code is gone through until it is known which variables references can mean.
+/// The most walks over all code to find the targets of references.
 const MAX_ROUNDS: u32 = 50;
 
-/// The word of the target of this index.
+/// The word of a reference to the target with this index.
 fn word(index: usize) -> i64 {
     i64::try_from(index + 1).unwrap_or(i64::MAX)
 }
@@ -36,19 +36,19 @@ fn not_followed(line: u32, what: String) -> Fault {
     Fault::new(line, what).code(FaultCode::NotModelled).help(help)
 }
 
-/// Whether words are a number.
+/// True where these words equal a constant number. One word is compared unsigned, two signed.
 pub(super) fn is_number(words: &[WordSource], number: i64, size: u32) -> Logic {
     let format = if size == 1 { NumberFormat::Unsigned } else { NumberFormat::Signed };
     let words = Number::Words(words.to_vec());
     Logic::compare(Relation::Equal, format, words, constant(number, size))
 }
 
-/// Where a path goes through a reference first.
+/// The position of the first dereference in a path, if there is one.
 fn through(place: &Place) -> Option<usize> {
     place.steps.iter().position(|step| matches!(step, Step::Dereference))
 }
 
-/// The references that a path goes through, each by the path to it. Their types are left as they are.
+/// The references that a path uses, each as the path up to it. The `ty` of these places is not adjusted.
 pub(super) fn references_in(place: &Place) -> Vec<Place> {
     let steps = place.steps.iter().enumerate();
     steps
@@ -58,7 +58,7 @@ pub(super) fn references_in(place: &Place) -> Vec<Place> {
 }
 
 impl<'t> Lower<'t> {
-    /// Whether a reference of a type can mean a variable.
+    /// Whether a reference of this type can point to a variable.
     fn can_mean(&self, reference: TypeId, spot: &Spot) -> bool {
         let tree = self.tree;
         let unit = self.unit_of(spot.ty);
@@ -75,13 +75,13 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// The indices of the variables that a reference of a type can mean.
+    /// The indices of the variables to which a reference of this type can point.
     pub(super) fn candidates(&self, reference: TypeId) -> Vec<usize> {
         let spots = self.memory.targets.spots.iter().enumerate();
         spots.filter(|(_, spot)| self.can_mean(reference, spot)).map(|(at, _)| at).collect()
     }
 
-    /// The index of a variable whose address is taken.
+    /// The target index of a variable. Adds the variable if its address was not taken before.
     pub(super) fn target(&mut self, spot: &Spot) -> usize {
         let targets = &mut self.memory.targets;
         if let Some(&known) = targets.numbers.get(&spot.key()) {
@@ -92,7 +92,8 @@ impl<'t> Lower<'t> {
         targets.spots.len() - 1
     }
 
-    /// Finds the variables that references can mean.
+    /// Finds all variables whose addresses the project takes. A fault if they are not found within a fixed number of
+    /// walks.
     pub(super) fn find_targets(&mut self) -> Result<(), Fault> {
         let tree = self.tree;
         if !tree.types.has_references() {
@@ -114,12 +115,12 @@ impl<'t> Lower<'t> {
                 return Ok(());
             }
         }
-        let told = "which variables references can mean is not found in time";
-        let help = "let references mean fewer variables";
+        let told = "the targets of references were not found in the allowed number of steps";
+        let help = "let references refer to fewer variables";
         Err(Fault::new(1, told).code(FaultCode::NotModelled).help(help))
     }
 
-    /// The variables that references mean at first: by declarations, and by what is executed before the first scan.
+    /// Finds the addresses taken in declarations, and in code that is executed before the first scan.
     fn initial_targets(&mut self) -> Result<(), Fault> {
         let tree = self.tree;
         let programs: Vec<usize> = self.routines.tasks.iter().flatten().copied().collect();
@@ -153,7 +154,7 @@ impl<'t> Lower<'t> {
         Ok(())
     }
 
-    /// What a variable begins with, and the instances in it.
+    /// Finds the addresses taken by a variable's initial value and by the instances in it.
     fn begins(&mut self, at: &Context, spot: &Spot, initial: Option<&Expr>) -> Result<(), Fault> {
         let tree = self.tree;
         if let Some(initial) = initial {
@@ -203,14 +204,15 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Whether what a variable of a type begins with may say what references mean.
+    /// Whether a type contains references, interfaces or instances, so that its initial value may take addresses.
     fn matters(&self, ty: TypeId) -> bool {
         let is =
             |of: &Typed| matches!(of, Typed::Reference(..) | Typed::Interface(_) | Typed::Block(_));
         self.tree.holds(ty, &is)
     }
 
-    /// The word that goes into a reference.
+    /// The word to store in a reference. A fault if the value is not known to be an address of a matching type, or
+    /// NULL.
     pub(super) fn reference_word(
         &mut self,
         reference: TypeId,
@@ -231,11 +233,12 @@ impl<'t> Lower<'t> {
                     }
                 }
             }
-            _ => Err(not_followed(line, "what a reference refers to is not followed".to_owned())),
+            _ => Err(not_followed(line, "the target of this reference is not known".to_owned())),
         }
     }
 
-    /// The address of a variable.
+    /// Lowers taking the address of a place (ADR, REF): a reference that points to its variable. A fault for a bit of a
+    /// word, for a VAR_IN_OUT parameter, and for array elements that are not modelled.
     pub(super) fn address(
         &mut self,
         at: &Context,
@@ -246,7 +249,8 @@ impl<'t> Lower<'t> {
         if let Some(found) = self.each_target(at, place, line, through)? {
             return Ok(found);
         }
-        let what = || not_followed(line, format!("the address of {} is not followed", place.text));
+        let what =
+            || not_followed(line, format!("taking the address of {} is not modelled", place.text));
         match self.find(at, place, line)? {
             Found::Spot(spot) => {
                 self.is_no_copy(&spot, line)?;
@@ -290,8 +294,8 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// Refuses the address of what stands in a variable that is handed over in and out: that is followed as a copy. An
-    /// instance that has such a variable is no part of one.
+    /// Refuses the address of a variable within a VAR_IN_OUT parameter, which is only a copy of the caller's. An
+    /// instance that has such a parameter is not itself within one.
     fn is_no_copy(&mut self, spot: &Spot, line: u32) -> Result<(), Fault> {
         let tree = self.tree;
         let is_both = |id: VarId| tree.variable(id).section == Section::InOut;
@@ -317,14 +321,15 @@ impl<'t> Lower<'t> {
             return Ok(());
         }
         let what = format!(
-            "the address of {} is taken, which is handed over in and out: not followed",
+            "taking the address of {}, which is passed as VAR_IN_OUT, is not modelled",
             spot.name
         );
-        let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
+        let help = "pass a reference or a pointer instead of VAR_IN_OUT";
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 
-    /// Ends what is for one number alone.
+    /// Ends the code for one value of an index or reference: jumps to the common end, and sets the target of the
+    /// skipping jump.
     pub(super) fn past(&mut self, skip: Option<usize>, ends: &mut Vec<usize>) {
         let Some(skip) = skip else { return };
         ends.push(self.jump(Logic::Const(true), None));
@@ -337,7 +342,7 @@ impl<'t> Lower<'t> {
         self.landing();
     }
 
-    /// A value of one way, with that of the ways before.
+    /// Merges the value of one alternative with that of the alternatives before it.
     pub(super) fn gathered(&mut self, known: Option<Value>, value: Value) -> Value {
         match known {
             None => self.stored(value, true),
@@ -345,7 +350,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// A path up to a step.
+    /// The place that a path reaches before step `end`, with its type. None if the type is not known.
     fn before(&self, at: &Context, place: &Place, end: usize) -> Option<Place> {
         let mut ty = self.root_type(at, place)?;
         for step in &place.steps[..end] {
@@ -354,8 +359,8 @@ impl<'t> Lower<'t> {
         Some(Place { steps: place.steps[..end].to_vec(), ty, ..place.clone() })
     }
 
-    /// Does something to each variable that the first reference of a path can mean; the value that it gives, if there
-    /// is one.
+    /// Runs `act` for each variable to which the first reference of a path can point, behind a test of the reference.
+    /// Returns the merged value, or None if the path has no reference.
     pub(super) fn each_target(
         &mut self,
         at: &Context,
@@ -366,11 +371,14 @@ impl<'t> Lower<'t> {
         let Some(end) = through(place) else { return Ok(None) };
         let shown = || place.text.trim_end_matches('^').to_owned();
         let Some(before) = self.before(at, place, end) else {
-            return Err(not_followed(line, format!("{} is not followed", shown())));
+            return Err(not_followed(line, format!("the target of {} is not known", shown())));
         };
         let can = self.candidates(before.ty);
         if can.is_empty() {
-            return Err(not_followed(line, format!("nothing says what {} refers to", shown())));
+            return Err(not_followed(
+                line,
+                format!("no variable is known to which {} can refer", shown()),
+            ));
         }
         if can.len() > MOST {
             let what = format!("{} may refer to {} variables", shown(), can.len());
@@ -384,12 +392,12 @@ impl<'t> Lower<'t> {
         };
         let words = match value {
             Value::Address(number, _) => self.copied(number, 1),
-            // With one variable to mean, nothing but whether it means any hangs on the word.
+            // With one possible target, the word only says whether the reference is NULL.
             _ if can.len() == 1 => {
                 self.not_followed_where(Logic::Const(true));
                 Vec::new()
             }
-            _ => return Err(not_followed(line, format!("{} is not followed", shown()))),
+            _ => return Err(not_followed(line, format!("the target of {} is not known", shown()))),
         };
         if !words.is_empty() {
             let means = |&index: &usize| is_number(&words, word(index), 1);
@@ -414,12 +422,13 @@ impl<'t> Lower<'t> {
         Ok(Some(known.unwrap_or(Value::Any)))
     }
 
-    /// Whether a path goes through a reference.
+    /// Whether a path has a dereference.
     pub(super) fn is_referred(place: &Place) -> bool {
         through(place).is_some()
     }
 
-    /// The one variable that the references of a path mean, where they can mean one alone.
+    /// The path with its reference replaced by the only variable to which it can point. None if it has no reference; a
+    /// fault if there are several possible targets.
     pub(super) fn only_target(
         &mut self,
         at: &Context,
@@ -431,10 +440,10 @@ impl<'t> Lower<'t> {
         let can = before.map(|before| self.candidates(before.ty)).unwrap_or_default();
         let [only] = can[..] else {
             let what = format!(
-                "{} may mean one of several variables, which is not followed here",
+                "{} may mean one of several variables, which is not modelled here",
                 place.text
             );
-            let help = "assign it to a variable of its own before, or call it in a statement";
+            let help = "assign it to a separate variable first, or call it in a statement";
             return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
         };
         self.cost(&["LD"], "contact");
@@ -442,7 +451,7 @@ impl<'t> Lower<'t> {
         Ok(Some(Place { root, steps: place.steps[end + 1..].to_vec(), ..place.clone() }))
     }
 
-    /// Refuses a value that may change which variable a reference means before that is used.
+    /// Refuses an assignment through a reference if evaluating the value may change the reference.
     pub(super) fn stays(
         &mut self,
         at: &Context,
@@ -457,11 +466,8 @@ impl<'t> Lower<'t> {
             let is_one = self.means_one(at, &before);
             let read = Expr { ty: before.ty, kind: ExprKind::Read(before), line };
             if !is_one && self.order_matters(at, value, &read) {
-                let what = format!(
-                    "which variable {} means may change while the value is worked out",
-                    place.text
-                );
-                let help = "assign the value to a variable of its own before";
+                let what = format!("the value may change which variable {} refers to", place.text);
+                let help = "assign the value to a separate variable first";
                 return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
             }
         }

@@ -1,4 +1,4 @@
-//! Where variables lie.
+//! Types for the memory places of variables, instances and array elements.
 
 use scanbound_iec_tree::blocks::StandardBlock;
 use scanbound_iec_tree::declarations::{RoutineId, UnitId};
@@ -7,7 +7,7 @@ use scanbound_ir::meaning::{Address, IntegerFormat, Term};
 use scanbound_ir::{Cell, Region, Tag, WordSource};
 use std::collections::BTreeMap;
 
-/// A variable, or a part of one, where it lies.
+/// A variable or a part of one, with its cells and its type.
 #[derive(Debug, Clone)]
 pub(super) struct Spot {
     pub(super) name: String,
@@ -15,45 +15,47 @@ pub(super) struct Spot {
     pub(super) ty: TypeId,
 }
 
-/// An instance of a unit.
+/// An instance of a unit, with the memory of its variables.
 #[derive(Debug, Clone)]
 pub(super) struct Instance {
     pub(super) unit: UnitId,
     pub(super) spot: Spot,
 }
 
-/// Where a statement stands.
+/// The instance, and the method if any, whose code is being lowered.
 #[derive(Debug, Clone)]
 pub(super) struct Context {
     pub(super) instance: usize,
-    /// The variables of the method that is executed.
+    /// The memory of the method's variables, if the code is that of a method.
     pub(super) frame: Option<Spot>,
 }
 
-/// An element of an array whose number is worked out.
+/// An array element whose index is computed at run time.
 #[derive(Debug, Clone)]
 pub(super) struct Element {
-    /// The part that is meant, in the array's first element.
+    /// The selected part, as it is in the array's first element.
     pub(super) spot: Spot,
-    /// Indices, and how many bits and words they count in.
+    /// For each index: its words, and the size of one step of it, in bits and in words.
     pub(super) terms: Vec<(Vec<WordSource>, [i64; 2])>,
-    /// What the least indices take off, in bits and in words.
+    /// The offset that makes the lowest index 0, in bits and in words.
     pub(super) base: [i64; 2],
-    /// The array that bounds it all.
+    /// The outermost array: the element lies within its cells.
     pub(super) whole: Spot,
 }
 
-/// What a place is.
+/// The result of looking up a place.
 #[derive(Debug, Clone)]
 pub(super) enum Found {
     Spot(Spot),
     Element(Element),
-    /// A bit of a word, and the last of those that follow it: the sign of 8 bits fills its word.
+    /// A bit of a word, and the last bit that gets the same value. Usually both are the same bit; the sign of an 8-bit
+    /// number fills the rest of its word.
     WordBit(Cell, u8, u8),
 }
 
 impl Element {
-    /// All cells of the array of the kind that is meant.
+    /// The first cell and the count of the array's cells in the area (bits or words) of the selected part. None if
+    /// there is no such area.
     pub(super) fn region(&self) -> Option<(Cell, u32)> {
         let own = self.spot.tag.cell()?;
         self.whole.tag.regions().into_iter().find_map(|region| match region {
@@ -76,30 +78,31 @@ impl Element {
     }
 }
 
-/// The variables whose addresses are taken; the word for each is its number here, from 1.
+/// The variables whose addresses the code takes. The word of a reference is its target's number here, from 1; 0 is
+/// NULL.
 #[derive(Default)]
 pub(super) struct Targets {
     pub(super) spots: Vec<Spot>,
     pub(super) numbers: BTreeMap<SpotKey, usize>,
 }
 
-/// What tells variables apart: where they lie, and their types, since the first part of one lies where it does.
+/// Identifies a variable by its first cells and its type, since a variable and its first part begin at the same cells.
 pub(super) type SpotKey = ([Cell; 2], TypeId);
 
 impl Spot {
-    /// What tells it apart from others.
+    /// The key that identifies this variable: its first cells and its type.
     pub(super) fn key(&self) -> SpotKey {
         (self.tag.begin(), self.ty)
     }
 }
 
-/// Whose parameters are passed, and where they lie.
+/// What a call calls, with the memory of its parameters.
 #[derive(Clone)]
 pub(super) enum Callee {
-    /// An instance of a unit, or a function.
+    /// An instance of a unit (a program, function block or function), with its memory.
     Unit(Spot, UnitId),
-    /// A method, by its frame.
+    /// A method, with the memory of its variables.
     Method(Spot, RoutineId),
-    /// A standard block.
+    /// A standard function block, with its memory.
     Standard(Spot, StandardBlock),
 }

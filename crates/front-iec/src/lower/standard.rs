@@ -1,4 +1,4 @@
-//! The standard's functions.
+//! Lowers calls of standard functions.
 
 use super::Lower;
 use super::cells::Effects;
@@ -17,7 +17,7 @@ use scanbound_iec_tree::standard::{Function, Shift, Simple};
 use scanbound_iec_tree::tree::{Applied, Expr};
 use scanbound_ir::{Logic, Number, Relation, Step};
 
-/// A type that a conversion names.
+/// The type that the name of a conversion gives. Texts are [`Ty::Whole`].
 fn ty(of: Simple) -> Ty {
     match of {
         Simple::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
@@ -26,7 +26,7 @@ fn ty(of: Simple) -> Ty {
 }
 
 impl Lower<'_> {
-    /// What a function of the standard gives.
+    /// Lowers a call of a standard function, with EN and ENO if given, and returns its result.
     pub(super) fn applied(
         &mut self,
         at: &Context,
@@ -43,7 +43,7 @@ impl Lower<'_> {
         }
         let inputs: Vec<&Expr> = of.inputs.iter().collect();
         let outputs: Vec<_> = of.outputs.iter().collect();
-        // What asks for EN by itself takes the time of the function at most.
+        // A separate test of EN takes at most the time of the function.
         if of.enable.condition.is_some() {
             self.cost(&["JMP"], "jump");
         }
@@ -59,8 +59,8 @@ impl Lower<'_> {
         Ok(self.result_if(enable, result))
     }
 
-    /// Where a function may say by ENO that it has failed: it divides by zero, or what it gives does not fit its type.
-    /// Controllers differ in which of these they say.
+    /// The condition under which ENO may report a failure: a division by zero, or a result that does not fit its type.
+    /// None if the function cannot fail. Controllers differ in which failures they report.
     fn may_fail(&mut self, of: &Applied, result: &Value) -> Option<Logic> {
         let fits = |from: &Option<Simple>, to: &Simple| match (from.map(ty), ty(*to)) {
             (Some(from), to) if from == to => true,
@@ -100,11 +100,11 @@ impl Lower<'_> {
         Some(Logic::All([Some(says_so), where_too_large].into_iter().flatten().collect()))
     }
 
-    /// What a function works out, or anything where that shows how many bits are kept of its inputs.
+    /// The result of a function. It is any value where it depends on how many bits the compiler keeps of its inputs.
     fn seen_bits(&mut self, at: &Context, of: &Applied, line: u32) -> Result<Value, Fault> {
         let found = self.worked(at, of, line)?;
         let shows = of.function.shows_bits();
-        // What was given more bits than 32 shows those of a sum of 32.
+        // A 64-bit result shows the excess bits of a 32-bit sum.
         let is_long = matches!(found, Value::Number(Kind::Whole { bits: 64, .. }, _));
         if of.function.chooses() && of.inputs.iter().any(is_rounded) {
             return Ok(self.between(found));
@@ -113,7 +113,7 @@ impl Lower<'_> {
         Ok(if differs { self.between(found) } else { found })
     }
 
-    /// What a function works out, each number at the size of its type.
+    /// Evaluates the inputs of a function and applies it, each number at the size of its type.
     fn worked(&mut self, at: &Context, of: &Applied, line: u32) -> Result<Value, Fault> {
         let inputs: Vec<&Expr> = of.inputs.iter().collect();
         let is_choice = matches!(of.function, Function::Sel | Function::Mux);
@@ -121,7 +121,7 @@ impl Lower<'_> {
             if !(is_choice && inputs[which].calls()) {
                 return own.open_value(at, inputs[which]);
             }
-            let why = "an input that calls something may be left out where another one is chosen";
+            let why = "an input with a call may be skipped if another input is selected";
             let leaves = own.any_bit(why);
             let left = own.jump(leaves, None);
             own.open_value(at, inputs[which])?;
@@ -140,8 +140,8 @@ impl Lower<'_> {
             return Ok(Value::Any);
         };
         let values: Vec<Value> = order.iter().map(|&at| values[at].clone()).collect();
-        // Operators and limits that are constants know what to do with what does not fit its type. Of all else the
-        // result may be any there.
+        // Operators and LIMIT with constant limits handle inputs that overflow their type. For all other functions, the
+        // result is any value there.
         let has_limits = of.function == Function::Limit
             && matches!(&values[..], [low, value, high] if limits(low, value, high).is_some());
         if of.function.is_operator() || has_limits {
@@ -154,7 +154,7 @@ impl Lower<'_> {
         Ok(self.any_where(found, open))
     }
 
-    /// What a function makes of values.
+    /// Lowers a function applied to values that are evaluated already.
     fn of_values(
         &mut self,
         of: &Applied,
@@ -178,14 +178,14 @@ impl Lower<'_> {
                 let value = self.decimal(values.into_iter().next().unwrap_or(Value::Any), *reads);
                 match to {
                     Some(to) => Ok(self.charged_already(|own| own.conversion(value, &ty(*to)))),
-                    // Without a type, compilers differ in how many digits there are.
+                    // For an untyped BCD conversion, compilers differ in the number of digits.
                     None => Ok(Value::Any),
                 }
             }
             (Function::Convert { from, to, .. }, _) => {
                 let of_text = match from {
                     Some(from) => from.is_text(),
-                    // What is not followed may be a text.
+                    // A value that is not modelled may be a text.
                     None => matches!(values.first(), Some(Value::Any)),
                 };
                 match of_text || to.is_text() {
@@ -226,7 +226,9 @@ impl Lower<'_> {
                 let (two, one) = (values.remove(2), values.remove(1));
                 let which = match values.remove(0) {
                     Value::Bit(logic) => logic,
-                    _ => self.any_bit("a choice that is not followed"),
+                    _ => self.any_bit(
+                        "a selection whose condition is not modelled: it may be either input",
+                    ),
                 };
                 Ok(self.chosen(which, two, one))
             }
@@ -281,8 +283,8 @@ impl Lower<'_> {
                 | Function::Limit,
                 _,
             ) => {
-                let help = "give it as many inputs as the standard says";
-                Err(Fault::new(line, format!("{upper} has another number of inputs")).help(help))
+                let help = "give it the number of inputs that the standard requires";
+                Err(Fault::new(line, format!("{upper} has a wrong number of inputs")).help(help))
             }
         }
     }
@@ -299,7 +301,7 @@ impl Assembler {
         for value in values.windows(2) {
             self.better(value[0].clone(), value[1].clone(), true, line)?;
         }
-        let why = "numbers with a sign and without are compared in more than one way";
+        let why = "compilers compare signed with unsigned numbers in different ways";
         let is_long =
             |value: &Value| matches!(value, Value::Number(Kind::Whole { bits: 32.., .. }, _));
         let kind = match values.iter().any(is_long) {
@@ -309,7 +311,8 @@ impl Assembler {
         Ok(Value::Number(kind, self.any_number(kind, why)))
     }
 
-    /// `ABS`
+    /// Lowers ABS and charges it. The absolute value of the lowest number of a type does not fit it. A type other than
+    /// an integer or TIME gives any value.
     pub(in super::super) fn absolute(&mut self, value: Value, line: u32) -> Result<Value, Fault> {
         let is_whole =
             matches!(value, Value::Number(Kind::Whole { .. } | Kind::Time, _) | Value::Constant(_));
@@ -326,7 +329,7 @@ impl Assembler {
             Kind::Time => self.time_worked_out(Operator::Subtract, zero(), number.clone()),
             _ => wrapped(kind, Number::Sub(Box::new(zero()), Box::new(number.clone()))),
         };
-        // The least number has no positive one of its type.
+        // The lowest number of a type has no positive counterpart.
         let beyond = beyond(Operator::Subtract, kind, &zero(), &number);
         let beyond = beyond.filter(|_| kind.is_signed());
         let [flipped, number] = [flipped, number].map(|one| Value::Number(kind, one));

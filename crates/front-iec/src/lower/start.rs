@@ -1,4 +1,4 @@
-//! What is known of the state after power-up, and what keeps its values when the power fails.
+//! The state after power-up, and the variables that keep their values without power.
 
 use super::Lower;
 use super::first_values::{First, FirstValue};
@@ -8,8 +8,8 @@ use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, RegionSet};
 
 impl Lower<'_> {
-    /// What is known of the state after power-up. `begins_with_more`: more is executed before the first scan than the
-    /// tree has.
+    /// The known state after power-up, and the initial values of variables. `begins_with_more`: the tool may execute
+    /// code before the first scan that is not in the tree; then no initial values are known.
     pub(super) fn power_up(&mut self, begins_with_more: bool) -> (PowerUp, Vec<FirstValue>) {
         let mut known = PowerUp {
             declares_latched: true,
@@ -27,8 +27,8 @@ impl Lower<'_> {
         let charts = self.charts.memories.iter().filter(|((of, _), _)| is_retained[*of]);
         known.latched.extend(charts.flat_map(|(_, memory)| memory.tag.regions()));
         for Instance { unit, spot } in &instances {
-            // What an instance's declaration gives to its parts is not followed: then no instance is known to begin
-            // with 0.
+            // Initial values that a declaration gives to the parts of an instance are not modelled. If the project has
+            // any, no function block's variables are known to begin with 0.
             if tree.gives_parts && tree.unit(*unit).kind != PouKind::Program {
                 continue;
             }
@@ -46,7 +46,7 @@ impl Lower<'_> {
                 values.extend(self.starts(&mut known, *id, &spot));
             }
         }
-        // What stands in an instance, a structure or an array that survives a loss of power does so, too.
+        // Parts of a retained instance, structure or array are retained too.
         let own = known.cleared.iter().filter(|own| !matches!(own, Region::Area(_)));
         let own: Vec<Region> = own.filter(|own| retained.overlaps(**own)).copied().collect();
         known.latched.extend(own);
@@ -55,7 +55,7 @@ impl Lower<'_> {
                 known.inputs.extend(spot.tag.regions());
             }
         }
-        // What is called before the first scan may leave other values in variables.
+        // Code called before the first scan may leave other values in variables.
         if begins_with_more || tree.begins_before {
             known.cleared.retain(|own| matches!(own, Region::Area(_)));
             values.clear();
@@ -63,7 +63,8 @@ impl Lower<'_> {
         (known, values)
     }
 
-    /// Takes note of what a variable begins with; the values that are others than 0.
+    /// Records whether a variable is an input or retained. Returns its initial value, unless it is an input or a
+    /// constant.
     fn starts(&self, known: &mut PowerUp, id: VarId, spot: &Spot) -> Vec<FirstValue> {
         let one = self.tree.variable(id);
         if one.at.as_ref().is_some_and(|at| at.starts_with("%I")) {
@@ -84,7 +85,7 @@ impl Lower<'_> {
         values
     }
 
-    /// The constants by their names, with what they hold.
+    /// All local and global constants without an address, by name, with their values.
     pub(super) fn given_constants(&mut self) -> Vec<(String, Vec<FirstValue>)> {
         let tree = self.tree;
         let mut all = Vec::new();
@@ -115,7 +116,7 @@ impl Lower<'_> {
         found
     }
 
-    /// Whether an instance keeps what it holds when the power fails: it, or one that it stands in, is declared so.
+    /// Whether an instance keeps its values without power: it, or a variable that contains it, is declared RETAIN.
     pub(super) fn is_retained(&self, instance: usize) -> bool {
         self.is_retained_in(instance, &self.retained_regions())
     }
@@ -126,8 +127,7 @@ impl Lower<'_> {
             || spot.tag.regions().into_iter().all(|own| retained.contains(own))
     }
 
-    /// What is declared to be kept when the power fails: the instances of programs, global variables, parts of
-    /// instances.
+    /// The memory that is declared RETAIN: instances of programs, parts of instances, and global variables.
     fn retained_regions(&self) -> RegionSet {
         let tree = self.tree;
         let mut found = Vec::new();

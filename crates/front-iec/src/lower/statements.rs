@@ -1,4 +1,4 @@
-//! Statements, and the routines that they stand in.
+//! Lowers statements and the routines that contain them.
 
 use super::spots::Callee;
 use super::spots::{Context, Found, Instance};
@@ -17,24 +17,25 @@ use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
 
-/// What controllers do differently.
+/// Text of a reading: how some controllers differ from the standard here.
 pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
 
-/// Where jumps of a body lead: labels, and the ends of loops.
+/// Pending jumps of a body: to labels, to the ends of loops, and to the end of an action.
 #[derive(Default)]
 pub(super) struct JumpTargets {
-    /// Jumps to labels further down, by their numbers.
+    /// Jumps to labels that are not reached yet, by label number.
     pub(super) labels: BTreeMap<u32, Vec<usize>>,
-    /// For each loop around: jumps to its end of an iteration, and jumps out of it.
+    /// For each enclosing loop: the jumps to the end of its iteration (CONTINUE), and the jumps out of it (EXIT).
     pub(super) loops: Vec<[Vec<usize>; 2]>,
-    /// In an action block: jumps to its end. Whether RETURN ends it alone, controllers differ.
+    /// In an action block: jumps to its end, as RETURN ends only the block on some controllers and the whole chart on
+    /// others. None elsewhere.
     pub(super) ends: Option<Vec<usize>>,
-    /// In an action: the bit that says that RETURN ended it.
+    /// In an action: the bit that records that RETURN ended it. None elsewhere.
     pub(super) returned: Option<Cell>,
 }
 
 impl Lower<'_> {
-    /// Lowers a routine of an instance; where it begins.
+    /// Lowers a routine of an instance and returns its first instruction.
     pub(super) fn routine(&mut self, instance: usize, entry: Entry) -> usize {
         let begin = self.builder.next();
         self.routines.known.insert((instance, entry), begin);
@@ -61,10 +62,10 @@ impl Lower<'_> {
         if entry == Entry::Body {
             self.begin_temporary(&context);
         }
-        // Whether a block without a body of its own carries out that of its base is not the same on all controllers.
+        // Controllers differ in whether a block without a body of its own executes the body of its base.
         let inherits = entry == Entry::Body && routine.unit != own;
         let inherited = inherits.then(|| {
-            let why = "whether a block without a body carries out that of its base: it may, or not";
+            let why = "a block without a body may or may not execute the body of its base";
             let carries = self.any_bit(why);
             self.jump(carries.not(), None)
         });
@@ -93,11 +94,11 @@ impl Lower<'_> {
         begin
     }
 
-    /// Variables of VAR_TEMP begin anew whenever a body is executed.
+    /// Initialises the VAR_TEMP variables, as each execution of a body does.
     fn begin_temporary(&mut self, at: &Context) {
         let Instance { unit, spot } = self.instances[at.instance].clone();
         let tree = self.tree;
-        // A function's begin anew with its call.
+        // Those of a function are initialised by its call.
         let is_temp = |id: &VarId| tree.variable(*id).section == Section::Temp;
         let own: Vec<VarId> = tree.members(unit).into_iter().filter(is_temp).collect();
         let callee = Callee::Unit(spot, unit);
@@ -165,11 +166,9 @@ impl Lower<'_> {
                 let value = value.unconverted();
                 if self.moves_element(at, target, value) && self.tree.types.is_reference(target.ty)
                 {
-                    let what = format!(
-                        "which variable {} means may change while the value is worked out",
-                        target.text
-                    );
-                    let help = "assign the value to a variable of its own before";
+                    let what =
+                        format!("the value may change which variable {} refers to", target.text);
+                    let help = "assign the value to a separate variable first";
                     return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
                 }
                 if self.moves_element(at, target, value) {
@@ -225,7 +224,9 @@ impl Lower<'_> {
                 let side = usize::from(matches!(one.kind, StatementKind::Exit));
                 match targets.loops.last_mut() {
                     Some(inner) => inner[side].push(jump),
-                    None => return Err(Fault::new(line, "no loop is around EXIT or CONTINUE")),
+                    None => {
+                        return Err(Fault::new(line, "EXIT or CONTINUE is outside of any loop"));
+                    }
                 }
                 Ok(())
             }
@@ -269,8 +270,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Code of another language: it takes the time that is stated, and what it is stated to write may be anything
-    /// behind it.
+    /// Lowers code of another language (a pragma): it takes the time that the user states, and gives any value to the
+    /// variables that it is stated to write.
     fn foreign(&mut self, at: &Context, stated: &Stated, line: u32) -> Result<(), Fault> {
         let entry = self.assembler().builder.add(None, Vec::new(), Step::Nothing);
         self.takes_stated_time(entry, stated);
@@ -278,7 +279,8 @@ impl Lower<'_> {
             let place = place.as_ref().map_err(Clone::clone)?;
             let name = &place.text;
             let Some(spot) = self.spot(at, place, line)? else {
-                let told = format!("what the pragma is stated to write, {name}, is no variable");
+                let told =
+                    format!("{name}, which the pragma is stated to write, is not a variable");
                 let help = "name variables of the unit";
                 return Err(Fault::new(line, told).code(FaultCode::Fact).help(help));
             };
@@ -296,7 +298,8 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// Executes a statement for each variable that a reference can mean.
+    /// Lowers a statement once for each variable that the reference in `place` may point to. `kind` builds the
+    /// statement for one of them.
     fn through(
         &mut self,
         at: &Context,
@@ -312,7 +315,7 @@ impl Lower<'_> {
         done.map(|_| ())
     }
 
-    /// One of two bodies, which have the same statements in different orders: they are counted once.
+    /// Executes one of two bodies that have the same statements in different orders. The statements are counted once.
     fn either_of(
         &mut self,
         at: &Context,
@@ -344,11 +347,11 @@ impl Lower<'_> {
         line: u32,
     ) -> Result<(), Fault> {
         if target.indices().any(Expr::calls) || self.moves_element(at, target, condition) {
-            let told = "which element is set may change while its value is worked out";
-            let help = "assign the value to a variable of its own before";
+            let told = "which element is set may change while its value is evaluated";
+            let help = "assign the value to a separate variable first";
             return Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help));
         }
-        // The element is looked for before the condition, too, as its type is asked for: it costs as much as that.
+        // The element is also looked up before the condition, because its type is needed; both look-ups are charged.
         self.find(at, target, line)?;
         let fires = self.bit(at, condition)?;
         let found = self.find(at, target, line)?;
@@ -358,7 +361,7 @@ impl Lower<'_> {
         Ok(())
     }
 
-    /// The branches of IF: each tests, and jumps to the next one where it is false.
+    /// Lowers IF: each branch tests its condition and jumps to the next branch where it is false.
     fn conditional(
         &mut self,
         at: &Context,
@@ -372,7 +375,7 @@ impl Lower<'_> {
             let skip = self.jump(holds.not(), Assembler::jump_key());
             let before = self.kept.values.clone();
             self.statements(at, body, targets);
-            // What is kept on one way only holds what it held, or nothing, on the other.
+            // A temporary that only one branch sets keeps its earlier value on the other, or has none.
             self.kept.values.extend(before);
             if number + 1 < arms.len() || !otherwise.is_empty() {
                 ends.push(self.jump(Logic::Const(true), Assembler::jump_key()));
@@ -442,7 +445,7 @@ impl Lower<'_> {
         })
     }
 
-    /// What a place is, where it is one variable.
+    /// The variable at a place. None if it is a bit of a word, or an element whose index is not constant.
     pub(super) fn spot(
         &mut self,
         at: &Context,
@@ -456,7 +459,7 @@ impl Lower<'_> {
     }
 }
 
-/// A variable's value.
+/// An expression that reads a place.
 fn reading(place: &Place, line: u32) -> Expr {
     Expr { ty: place.ty, kind: ExprKind::Read(place.clone()), line }
 }

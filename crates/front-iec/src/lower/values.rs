@@ -1,4 +1,4 @@
-//! Expressions, as what the analysis follows.
+//! Lowers expressions to values, and assignments to writes.
 
 use super::Lower;
 use super::spots::{Context, Element, Found, Spot};
@@ -18,23 +18,26 @@ use scanbound_iec_tree::types::time_in_units;
 use scanbound_ir::meaning::{Count, Meaning, Operation, OperationInput as Input, Shape, Target};
 use scanbound_ir::{BitSource, BitTarget, Logic, Number, Region, WordSource, Write};
 
-/// What works out some values, from right to left where that is asked for.
+/// Evaluates some operands and returns their values in source order. The flag asks for evaluation from right to left.
 type Work<'w, 't> = dyn FnMut(&mut Lower<'t>, bool) -> Result<Vec<Value>, Fault> + 'w;
 
-/// What some controllers do.
-const RIGHT_FIRST: &str = "operands are worked out from right to left";
-/// What some controllers do.
-const TARGET_FIRST: &str = "an element is looked for before the value that it is assigned";
+/// Text of a reading: how some controllers differ from the standard here.
+const RIGHT_FIRST: &str = "operands are evaluated from right to left";
+/// Text of a reading: how some controllers differ from the standard here.
+const TARGET_FIRST: &str = "the index of an assigned element is evaluated before the value";
 
-/// With more calls in one expression than this it would be lowered too often.
+/// The most calls in one expression whose order is modelled both ways. Beyond it, the lowered code would grow too
+/// large.
 pub(super) const MAX_CALLS: usize = 6;
 
-/// Whether REAL does not hold a literal: some compilers take it as a long real where it is not stored.
+/// Whether an expression is a literal that REAL cannot represent exactly. Some compilers take it as a long real (LREAL)
+/// until it is stored.
 pub(super) fn is_rounded(one: &Expr) -> bool {
     matches!(&one.unconverted().kind, ExprKind::Real(text) if !is_real(text))
 }
 
-/// `NOT 1` is no truth value beside a whole number.
+/// The value of an operand of AND or OR. `NOT 0` or `NOT 1` beside an integer is the integer -1 or -2, not a Boolean;
+/// any other value is unchanged.
 fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
     match (&expr.unconverted().kind, value, beside) {
         (ExprKind::Not(inner), Value::Any, Value::Number(Kind::Whole { .. }, _)) => {
@@ -49,7 +52,7 @@ fn masked(expr: &Expr, value: Value, beside: &Value) -> Value {
     }
 }
 
-/// Whether an expression adds, subtracts or negates anything.
+/// Whether an expression contains an addition, a subtraction, or the negation of anything but a literal.
 fn sums(one: &Expr) -> bool {
     let mut found = false;
     one.each(&mut |one| {
@@ -86,7 +89,8 @@ fn multiplies(one: &Expr) -> bool {
     found
 }
 
-/// Whether an expression adds, multiplies, negates or complements anything.
+/// Whether an expression contains an operation whose result may need more bits than its type: addition, subtraction,
+/// multiplication, negation, NOT, ABS or SHL.
 pub(super) fn works(one: &Expr) -> bool {
     let mut complements = false;
     one.each(&mut |one| {
@@ -116,8 +120,9 @@ fn is_literal(one: &Expr) -> bool {
     )
 }
 
-/// An expression's value where it becomes one of a type: any, if the type is longer than that of sums and the like of
-/// 32 bits which a function of the standard was given, as it shows how many bits a compiler keeps of these.
+/// The value of an expression where it is converted to a type. A result of arithmetic in 32 bits or more that becomes a
+/// longer type or REAL may exceed its type (it depends on how many bits the compiler keeps); as a Boolean it may be
+/// either. Other values are unchanged.
 pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
     match (value, ty) {
         (Value::Number(kind @ Kind::Whole { bits: own @ 32.., .. }, number), Ty::Number(to))
@@ -130,7 +135,7 @@ pub(super) fn shown(of: &Expr, value: Value, ty: &Ty) -> Value {
     }
 }
 
-/// Whether an expression is made of whole numbers without a type alone.
+/// Whether an expression consists only of untyped integer literals and operations on them.
 fn is_untyped(one: &Expr) -> bool {
     match &one.unconverted().kind {
         ExprKind::Whole(_) => true,
@@ -162,7 +167,8 @@ fn is_untyped(one: &Expr) -> bool {
     }
 }
 
-/// Whether all that constants make on the way fits.
+/// Whether every intermediate result of constants in an expression satisfies `fits`. Results that are not known are
+/// taken to fit.
 fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
     let one = one.unconverted();
     match &one.kind {
@@ -176,7 +182,7 @@ fn all_fit(one: &Expr, fits: &dyn Fn(i64) -> bool) -> bool {
     }
 }
 
-/// What an expression of literals without types makes.
+/// The value of an expression of untyped integer literals. None if it contains anything else, or overflows.
 pub(super) fn literal_value(one: &Expr) -> Option<i64> {
     let one = one.unconverted();
     match &one.kind {
@@ -189,7 +195,8 @@ pub(super) fn literal_value(one: &Expr) -> Option<i64> {
     }
 }
 
-/// Whether what is made of constants alone, which has the type of what it is used with, may not have fit that.
+/// Whether a constant expression, evaluated in the type of the other operand, may overflow that type. A single literal
+/// never counts as overflow.
 pub(super) fn wraps_in(one: &Expr, value: &Value, kind: Kind) -> bool {
     let one = one.unconverted();
     let is_written = match &one.kind {
@@ -225,13 +232,15 @@ fn wrong(line: u32, what: &str) -> Fault {
 }
 
 impl<'t> Lower<'t> {
-    /// The value of an expression; what it takes is charged. Where it does not fit its type, it is any number.
+    /// Lowers an expression and charges its instructions. Where the result does not fit its type, it becomes any
+    /// number.
     pub(super) fn value(&mut self, at: &Context, one: &Expr) -> Result<Value, Fault> {
         let value = self.open_value(at, one)?;
         Ok(self.settled(value))
     }
 
-    /// The same for what takes no more bits of it than its type has, or knows what to do with the others.
+    /// Lowers an expression like [`Lower::value`], but the result may be [`Value::Open`]: the caller uses only the bits
+    /// of the type, or handles the overflow itself.
     pub(super) fn open_value(&mut self, at: &Context, one: &Expr) -> Result<Value, Fault> {
         let line = one.line;
         Ok(match &one.kind {
@@ -246,7 +255,7 @@ impl<'t> Lower<'t> {
             }
             ExprKind::Time(time) => Value::Number(Kind::Time, self.time(*time)),
             ExprKind::Opaque => {
-                let why = "a long real or a date is not followed: it may be any";
+                let why = "LREAL and dates are not modelled: this may be any value";
                 Value::Number(Kind::Opaque(4), self.any_number(Kind::Opaque(4), why))
             }
             ExprKind::Text(_) | ExprKind::List(_) => Value::Any,
@@ -276,7 +285,7 @@ impl<'t> Lower<'t> {
                 let then = self.found(|own, found| own.of_expr(at, &both.1, found));
                 self.call_before(at, &both.0, &then, line)?;
                 let value = self.open_value(at, &both.1)?;
-                // The next call writes it anew.
+                // The next call overwrites it.
                 self.frozen(value)
             }
             ExprKind::Standard(applied) => self.applied(at, applied, line)?,
@@ -286,7 +295,7 @@ impl<'t> Lower<'t> {
             ExprKind::Either(Some(both)) => {
                 let one = self.value(at, &both.0)?;
                 let other = self.value(at, &both.1)?;
-                let which = self.differs("a way that forks is not looked at again");
+                let which = self.differs("a branch that forks is not evaluated again");
                 self.chosen(which, one, other)
             }
             ExprKind::Fault(fault) => return Err((**fault).clone()),
@@ -314,8 +323,8 @@ impl<'t> Lower<'t> {
         }
         let found = self.find(at, place, line)?;
         if matches!(self.tree.types.get(place.ty), Typed::Standard(_) | Typed::Block(_)) {
-            let message = format!("{} is an instance: as a value it is not followed", place.text);
-            let help = "name one of its outputs, or call it with CAL or its name and brackets";
+            let message = format!("{} is an instance, and is used as a value", place.text);
+            let help = "use one of its outputs, or call it with CAL or with its name and brackets";
             return Err(Fault::new(line, message).code(Code::NotModelled).help(help));
         }
         self.cost(&["LD"], "contact");
@@ -326,7 +335,7 @@ impl<'t> Lower<'t> {
         })
     }
 
-    /// What lies at a spot.
+    /// The value of the variable at a spot. [`Value::Any`] for a text, a structure or an array.
     pub(super) fn read_spot(&mut self, spot: &Spot) -> Value {
         let Some(cell) = spot.tag.cell() else { return Value::Any };
         if self.tree.types.is_reference(spot.ty) {
@@ -340,7 +349,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// The type of a spot that is one value; text for what is not followed.
+    /// The type of a spot: a bit, a number, or [`Ty::Whole`] for everything that is not an elementary bit or number.
     pub(super) fn simple(&self, spot: &Spot) -> Ty {
         match self.tree.types.get(spot.ty) {
             Typed::Elementary(of) => of.kind().map_or(Ty::Bit, Ty::Number),
@@ -348,7 +357,7 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// The value of an element whose number is worked out.
+    /// The value of an array element with an index computed at run time. [`Value::Any`] if its content is not modelled.
     pub(super) fn element(&mut self, element: &Element) -> Value {
         if self.tree.types.is_reference(element.spot.ty) {
             let Some(address) = element.address(false) else { return Value::Any };
@@ -432,9 +441,8 @@ impl<'t> Lower<'t> {
         })
     }
 
-    /// Lowers the second operand so that it is skipped if the first one decides the result: always for AND_THEN and
-    /// OR_ELSE, which take a jump for it; perhaps for AND and OR whose second operand calls something, as compilers
-    /// differ.
+    /// Lowers the second operand so that it is skipped if the first one decides the result. AND_THEN and OR_ELSE always
+    /// skip it, by a jump. AND and OR may skip or evaluate an operand that calls something, because compilers differ.
     fn may_skip(
         &mut self,
         at: &Context,
@@ -448,7 +456,9 @@ impl<'t> Lower<'t> {
         let cell = self.bit_between();
         self.write(vec![Write::Bit(BitTarget::Cell(cell), first)]);
         let skip = if operator == operator.eager() {
-            let skips = self.any_bit("an operand that calls something may be left out where the result is settled without it");
+            let skips = self.any_bit(
+                "an operand with a call may be skipped if the other operand decides the result",
+            );
             self.jump(Logic::All(vec![settles, skips]), None)
         } else {
             self.jump(settles, Assembler::jump_key())
@@ -462,7 +472,8 @@ impl<'t> Lower<'t> {
         Ok(Value::Bit(Logic::cell(cell)))
     }
 
-    /// The values of some expressions in their order, or, where this makes a difference, in the other one, too.
+    /// Evaluates some expressions from left to right. Where the order changes a result, also from right to left, and
+    /// either is possible. Returns the values in source order.
     pub(super) fn operands(
         &mut self,
         at: &Context,
@@ -474,7 +485,7 @@ impl<'t> Lower<'t> {
             let mut values: Vec<Value> = exprs.iter().map(|_| Value::Any).collect();
             for number in 0..exprs.len() {
                 let which = if turned { exprs.len() - 1 - number } else { number };
-                // What is there already is not changed by what is called next.
+                // A call must not change the values that are evaluated already.
                 if exprs[which].calls() {
                     for value in &mut values {
                         let earlier = std::mem::replace(value, Value::Any);
@@ -494,7 +505,7 @@ impl<'t> Lower<'t> {
         line: u32,
         work: &mut Work<'_, 't>,
     ) -> Result<Vec<Value>, Fault> {
-        // Only what is called changes what others read.
+        // Only a call can change what another operand reads.
         if !exprs.iter().any(|one| one.calls()) {
             return work(self, false);
         }
@@ -505,9 +516,9 @@ impl<'t> Lower<'t> {
         }
         let calls: usize = exprs.iter().map(|one| self.acting_calls(at, one)).sum();
         if calls > MAX_CALLS {
-            let told = "so many calls in one expression, of which one changes what others read: \
-                their order is not followed";
-            let help = "assign what they give to variables of their own before";
+            let told = "this expression has too many calls, and one of them changes what \
+                others read";
+            let help = "assign the results of the calls to separate variables first";
             return Err(Fault::new(line, told).code(Code::NotModelled).help(help));
         }
         let other = self.differs(RIGHT_FIRST);
@@ -534,21 +545,23 @@ impl<'t> Lower<'t> {
         Ok(found)
     }
 
-    /// An expression as a bit.
+    /// Lowers an expression to a bit. A value that is not modelled becomes any bit; a number other than a constant 0 or
+    /// 1 is a fault.
     pub(super) fn bit(&mut self, at: &Context, one: &Expr) -> Result<Logic, Fault> {
         match self.value(at, one)? {
             Value::Bit(logic) => Ok(logic),
             Value::Constant(value @ (0 | 1)) => Ok(Logic::Const(value != 0)),
             Value::Any | Value::Address(..) => {
-                Ok(self.any_bit("a condition that is not followed: it may be true or false"))
+                Ok(self.any_bit("a condition whose value is not modelled: it may be true or false"))
             }
             Value::Constant(_) | Value::Number(..) | Value::Open(..) => {
-                Err(wrong(one.line, "a number stands where a truth value is asked for"))
+                Err(wrong(one.line, "a number is used where a Boolean is required"))
             }
         }
     }
 
-    /// Keeps a value for other statements of the body.
+    /// Stores a value in a temporary that later statements of the body read. A temporary of purpose `Merged` that has a
+    /// value already may hold either one.
     pub(super) fn keep(&mut self, id: TempId, of: Option<&Expr>, value: Value) {
         if let (Value::Any, Some(of)) = (&value, of) {
             let own = self.extent(of);
@@ -570,7 +583,8 @@ impl<'t> Lower<'t> {
         self.kept.values.insert(id, kept);
     }
 
-    /// Writes a value where a path leads; charged as a store.
+    /// Lowers an assignment of a value to a place and charges the store. `of` is the expression of the value, if it is
+    /// known.
     pub(super) fn assign(
         &mut self,
         at: &Context,
@@ -596,7 +610,7 @@ impl<'t> Lower<'t> {
         self.assign_found(found, of, value, line)
     }
 
-    /// Writes a value to what was found.
+    /// Lowers an assignment to a place that was found already, and charges the store.
     pub(super) fn assign_found(
         &mut self,
         found: Found,
@@ -622,7 +636,7 @@ impl<'t> Lower<'t> {
         Ok(())
     }
 
-    /// Assigns an element, which is looked for behind its value, or before that.
+    /// Lowers an assignment to an array element both ways: the index is evaluated after the value or before it.
     pub(super) fn assign_either_way(
         &mut self,
         at: &Context,
@@ -646,13 +660,14 @@ impl<'t> Lower<'t> {
         Ok(())
     }
 
-    /// Whether working out a value may change which element a path means, or the other way round.
+    /// Whether evaluating a value may change which array element a path selects, or evaluating the path may change the
+    /// value.
     pub(super) fn moves_element(&mut self, at: &Context, target: &Place, value: &Expr) -> bool {
         let indices: Vec<&Expr> = target.indices().collect();
         indices.into_iter().any(|index| self.order_matters(at, index, value))
     }
 
-    /// What writes a value to what was found.
+    /// The writes that assign a value to a place, without a charge.
     pub(super) fn writes(
         &mut self,
         found: Found,
@@ -684,8 +699,7 @@ impl<'t> Lower<'t> {
             _ => {
                 let choice = self.builder.choice();
                 let at = self.builder.next();
-                let why =
-                    "a structure or array as a whole that is not followed: it may hold anything";
+                let why = "a whole structure or array that is not modelled: it may hold any value";
                 self.program().approximate(at, why);
                 spot.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
             }
@@ -702,8 +716,10 @@ impl<'t> Lower<'t> {
         let is_bit = matches!(simple, Ty::Bit);
         let region = element.region();
         let Some(((first, count), address)) = region.zip(element.address(is_bit)) else {
-            let message =
-                format!("{}: a whole element of unknown number is not followed", element.spot.name);
+            let message = format!(
+                "{}: writing a whole array element with a run-time index is not modelled",
+                element.spot.name
+            );
             return Err(Fault::new(line, message).code(Code::NotModelled));
         };
         let choice = self.builder.choice();
@@ -723,18 +739,20 @@ impl<'t> Lower<'t> {
 }
 
 impl Assembler {
-    /// A duration.
+    /// A duration in nanoseconds as a TIME number. Any time, reported as over-approximated, if it is finer than the
+    /// unit of TIME or beyond its range.
     pub(in super::super) fn time(&mut self, nanoseconds: i64) -> Number {
         match time_in_units(nanoseconds) {
             Some(units) => constant(units.into(), 2),
             None => self.any_number(
                 Kind::Time,
-                "a time that is finer than 1 ms or beyond 12 days may be any",
+                "a time finer than 1 ms or beyond 12 days is not modelled: it may be any time",
             ),
         }
     }
 
-    /// `-`
+    /// Lowers a negation and charges it as a subtraction from 0; a constant is negated without a charge. The result may
+    /// overflow its type.
     pub(in super::super) fn negated(&mut self, value: Value) -> Result<Value, Fault> {
         if let Value::Constant(value) = value {
             return Ok(Value::Constant(value.wrapping_neg()));

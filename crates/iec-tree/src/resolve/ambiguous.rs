@@ -1,4 +1,4 @@
-//! Global names that may mean several things.
+//! Global names that may refer to several declarations.
 
 use super::declared::kind;
 use super::index::ByName;
@@ -9,13 +9,13 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef};
 use std::collections::BTreeSet;
 
-/// What global names may mean, by those that may mean several things.
+/// For each ambiguous global name, in capitals, the kinds of things that it may refer to.
 pub(super) fn meanings(project: &Project) -> ByName<BTreeSet<String>> {
     let mut found: ByName<BTreeSet<String>> = ByName::new();
     let mut add = |name: &str, what: String| {
         found.entry(name.to_ascii_uppercase()).or_default().insert(what);
     };
-    // A number is not called, and a function is called alone.
+    // Functions are ambiguous only with variables that can be called, because other variables are never called.
     let mut instances = BTreeSet::new();
     for (list, all) in &project.globals {
         if !list.is_empty() {
@@ -46,7 +46,7 @@ pub(super) fn meanings(project: &Project) -> ByName<BTreeSet<String>> {
 }
 
 impl Resolver<'_> {
-    /// Notes that code uses a name that nothing of its unit has.
+    /// Records a fault if code uses an ambiguous global name that its unit does not declare.
     pub(super) fn note_global(&mut self, scope: Scope, name: &str) {
         let (Some(unit), true) = (scope.unit, self.is_code && !self.meanings.is_empty()) else {
             return;

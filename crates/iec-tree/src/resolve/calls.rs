@@ -1,4 +1,4 @@
-//! Calls: what is called, and what is passed for which parameter.
+//! Resolution of calls: the target, and the argument of each parameter.
 
 use super::given::{Given, Side, Value};
 use super::paths::{Found, Property, property_here};
@@ -17,26 +17,26 @@ use scanbound_iec::ast::{self, Part, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Section, same, show};
 
-/// Whose parameters are passed.
+/// The declaration whose parameters the arguments are matched with.
 #[derive(Clone, Copy)]
 enum Callee {
-    /// An instance of a unit, or a function.
+    /// A function, or an instance of a function block.
     Unit(UnitId),
-    /// The own instance, whose base's body is executed.
+    /// The base of the current unit, for `SUPER^()`.
     Base(UnitId),
-    /// A method.
+    /// A method of a unit.
     Method(RoutineId),
-    /// What takes values by the names of a unit's variables alone: a program, an action, the body of a base.
+    /// A program or an action of the unit: only arguments named after the unit's variables are accepted.
     Named(UnitId),
-    /// A block of the standard's.
+    /// A standard block.
     Standard(StandardBlock),
 }
 
-/// A function of the standard has no more inputs.
+/// The maximum number of inputs of a standard function.
 const MAX_INPUTS: usize = 200;
 
 impl Resolver<'_> {
-    /// What a call gives.
+    /// Resolves a call in an expression: of a method, a function, or a standard function.
     pub(super) fn called(
         &mut self,
         scope: Scope,
@@ -87,7 +87,7 @@ impl Resolver<'_> {
         Err(unknown_name(line, &show::path(path)))
     }
 
-    /// What a property gives.
+    /// A read of a property: the call of its getter.
     pub(super) fn property_read(
         &mut self,
         scope: Scope,
@@ -98,7 +98,7 @@ impl Resolver<'_> {
         self.accessor(scope, property, &name, &[], line)
     }
 
-    /// A value goes to a property.
+    /// A write of a property: the call of its setter.
     pub(super) fn property_written(
         &mut self,
         scope: Scope,
@@ -136,7 +136,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The unit that the one whose code this is extends.
+    /// The base unit of the unit that contains the code; a fault if there is none.
     fn base(&self, scope: Scope, line: u32) -> Result<UnitId, Fault> {
         let base = scope.unit.and_then(|unit| self.tree.unit(unit).base);
         base.ok_or_else(|| {
@@ -145,7 +145,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// Whether a name alone means a method or an action of the unit whose code it is.
+    /// Whether the name alone refers to an action or method of the unit that contains the code.
     fn has_member(&self, scope: Scope, name: &str) -> bool {
         let is_local = scope.method.is_some_and(|method| self.index.local(method, name).is_some());
         !is_local
@@ -186,8 +186,8 @@ impl Resolver<'_> {
         Ok(Expr { kind: ExprKind::Call(Box::new(call)), ty, line })
     }
 
-    /// Refuses a call that leaves out an input which another declaration of the method gives another value: which
-    /// declaration the call sees is not told.
+    /// Rejects a call that omits an input if another declaration of the method has a different default: it is unknown
+    /// which declaration applies.
     fn has_one_default(
         &self,
         unit: UnitId,
@@ -197,7 +197,7 @@ impl Resolver<'_> {
     ) -> Result<(), Fault> {
         let name = &self.tree.routine(method).name;
         let of = |pou: &'_ Pou| pou.kind == PouKind::Interface;
-        // Through what extends the unit, another declaration may be meant.
+        // Through derived or base units, a call may refer to their declarations.
         let is_related = |one: &UnitId| {
             self.tree.lineage(*one).contains(&unit) || self.tree.lineage(unit).contains(one)
         };
@@ -228,13 +228,13 @@ impl Resolver<'_> {
         });
         let Some(own) = left_out else { return Ok(()) };
         let told = format!(
-            "{} of {name} is left out, and what it is then differs by declaration",
+            "{} of {name} is left out, and its default differs between declarations",
             own.name
         );
-        Err(Fault::new(line, told).code(Code::NotModelled).help("hand it over"))
+        Err(Fault::new(line, told).code(Code::NotModelled).help("pass it"))
     }
 
-    /// The inputs that arguments without names stand for.
+    /// The inputs and VAR_IN_OUT, in the order of positional arguments.
     fn parameters(&self, callee: Callee) -> Vec<VarId> {
         let all = match callee {
             Callee::Unit(unit) | Callee::Base(unit) => self.tree.members(unit),
@@ -257,7 +257,7 @@ impl Resolver<'_> {
         variable.map(Parameter::Variable)
     }
 
-    /// The instance of which a method or an action is named; an interface stands for one.
+    /// The instance before the dot of a method or action; an interface is dereferenced.
     fn owner(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Place, Fault> {
         let mut place = match self.path(scope, path, line)? {
             Found::Property(property) => self.given_whole(scope, property, line)?,
@@ -270,7 +270,7 @@ impl Resolver<'_> {
         Ok(place)
     }
 
-    /// A reference as it is.
+    /// The place of a reference itself, not of its target.
     pub(super) fn reference_place(
         &mut self,
         scope: Scope,
@@ -280,7 +280,7 @@ impl Resolver<'_> {
         match self.reference(scope, path, line)? {
             Found::Place(place) => Ok(place),
             _ => {
-                let told = format!("{} is no reference", show::path(path));
+                let told = format!("{} is not a reference", show::path(path));
                 Err(Fault::new(line, told).code(Code::Operand))
             }
         }
@@ -303,7 +303,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// What is passed for which parameter.
+    /// Matches arguments with parameters.
     fn passed(
         &mut self,
         scope: Scope,
@@ -326,7 +326,7 @@ impl Resolver<'_> {
                 (None, _) => match unnamed.next() {
                     Some(parameter) => Some(parameter),
                     None => {
-                        let told = format!("{} takes fewer values", self.callee_name(callee));
+                        let told = format!("{} has fewer inputs", self.callee_name(callee));
                         return Err(Fault::new(line, told));
                     }
                 },
@@ -385,8 +385,8 @@ impl Resolver<'_> {
         })
     }
 
-    /// Refuses an instance that becomes one of another type, of a block that its own extends: its own methods and
-    /// actions would be called there.
+    /// Rejects an instance passed to or copied into a variable of another block type, such as a base: calls through it
+    /// would have to be dispatched.
     pub(super) fn has_own_type(
         &self,
         name: &str,
@@ -398,13 +398,13 @@ impl Resolver<'_> {
             return Ok(());
         }
         let message = format!(
-            "what {name} is given is not of its type: which methods are called through it is not followed"
+            "the value of {name} has another block type: which methods are called through it is not followed"
         );
-        let help = "declare what takes it with the type of the instance, or hand over a reference or an interface";
+        let help = "declare it with the type of the instance, or pass a reference or an interface";
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
     }
 
-    /// Refuses a call that leaves out what is handed over in and out.
+    /// Rejects a call that omits a VAR_IN_OUT argument.
     fn leaves_none_out(
         &self,
         inputs: &[VarId],
@@ -416,8 +416,8 @@ impl Resolver<'_> {
         let is_given = |id: VarId| found.iter().any(|(own, _)| *own == Parameter::Variable(id));
         let Some(&left_out) = both.find(|&&one| !is_given(one)) else { return Ok(()) };
         let name = &self.tree.variable(left_out).name;
-        let message = format!("{name} is handed over in and out, and this call leaves it out");
-        let help = "hand it over in every call: what a call without it means differs";
+        let message = format!("{name} is VAR_IN_OUT, and this call leaves it out");
+        let help = "pass it in every call: controllers differ in what a call without it does";
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
     }
 
@@ -438,7 +438,8 @@ impl Resolver<'_> {
         Ok(found)
     }
 
-    /// How large a variable is, or where one of the dimensions of an array begins or ends.
+    /// Evaluates `SIZEOF`, `LOWER_BOUND` and `UPPER_BOUND`, and resolves `ADR`, `REF` and `__ISVALIDREF`. `None` if it
+    /// is another call or the value is not known.
     fn measured(
         &mut self,
         scope: Scope,
@@ -503,7 +504,7 @@ impl Resolver<'_> {
         Ok(Some(Expr { kind: ExprKind::Standard(Box::new(applied)), ty, line }))
     }
 
-    /// How many bytes a variable of a type takes, where no controller adds any between its parts.
+    /// The size of a type in bytes; `None` if it may differ between controllers, as with structures.
     fn bytes(&self, ty: TypeId) -> Option<i64> {
         use crate::types::Kind;
         match self.tree.types.get(ty) {
@@ -521,7 +522,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// A function of the standard's.
+    /// Resolves a call of a standard function.
     fn standard(
         &mut self,
         scope: Scope,
@@ -551,7 +552,7 @@ impl Resolver<'_> {
             if let Side::Out(taker) = &one.side {
                 let unknown = self.unknown();
                 let taken = self.taken(scope, taker, unknown, line)?;
-                // It may be anything, and so may its negation.
+                // The output may be any value, so its negation needs no record.
                 outputs.extend(taken.map(|(place, _)| place));
             }
         }
@@ -565,7 +566,7 @@ impl Resolver<'_> {
         Ok(Expr { kind: ExprKind::Standard(Box::new(applied)), ty, line })
     }
 
-    /// A call as a statement.
+    /// Resolves a call as a statement.
     pub(super) fn call_statement(
         &mut self,
         scope: Scope,
@@ -627,7 +628,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The call of an action or a method of an instance.
+    /// Resolves a call of an instance's action or method; `None` if the unit has none of this name.
     fn member_called(
         &mut self,
         scope: Scope,
@@ -666,15 +667,15 @@ impl Resolver<'_> {
                 let help = "rename the variable if the function of this name is meant";
                 return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
             }
-            // Whether a controller evaluates what the indices of a name alone call is not known.
+            // It is unknown whether a controller evaluates the calls in indices of a name that stands alone.
             _ if place.indices().any(Expr::calls) => {
                 let what =
-                    format!("{} stands alone, and an index of it calls something", place.text);
+                    format!("{} stands alone, and an index of it contains a call", place.text);
                 let help =
                     "assign it to a variable, or call the function in a statement of its own";
                 return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
             }
-            // A name alone does nothing.
+            // A name that stands alone has no effect.
             _ => return Ok(StatementKind::Nothing),
         };
         let (passed, enable) = self.passed(scope, callee, given, line)?;
@@ -682,14 +683,14 @@ impl Resolver<'_> {
     }
 }
 
-/// A call whose result goes nowhere.
+/// Turns a call expression into a statement that drops the result.
 fn as_statement(one: Expr) -> StatementKind {
     match one.kind {
         ExprKind::Call(call) => StatementKind::Call(*call),
         ExprKind::Standard(applied) => StatementKind::Standard(*applied),
         ExprKind::Fault(fault) => StatementKind::Fault(fault),
         _ => {
-            let what = "its value goes nowhere: whether a controller works it out is not known";
+            let what = "its value is not used: whether a controller computes it is not known";
             let help = "assign it to a variable";
             let fault = Fault::new(one.line, what).code(Code::NotModelled).help(help);
             StatementKind::Fault(Box::new(fault))
@@ -697,14 +698,14 @@ fn as_statement(one: Expr) -> StatementKind {
     }
 }
 
-/// The order of a standard function's inputs, whichever order they are named in: indices. Nothing, if one is left out.
+/// The positions in `given` of a standard function's inputs, in parameter order. `None` if a numbered input is missing.
 fn in_order(given: &[&Given<'_>]) -> Option<Vec<usize>> {
     let names: Option<Vec<&str>> = given.iter().map(|one| one.name).collect();
     let Some(names) = names else { return Some((0..given.len()).collect()) };
     let mut ranked: Vec<(u32, usize)> =
         names.iter().enumerate().map(|(at, name)| (Function::rank(name), at)).collect();
     ranked.sort_by_key(|(rank, _)| *rank);
-    // IN1, IN2 and so on, or IN0 and so on behind a choice.
+    // Numbered inputs start with IN1, or with IN0 if a selector input (`G`, `K`, `MN`) comes first.
     let numbered: Vec<u32> =
         ranked.iter().map(|(rank, _)| *rank).filter(|rank| (2..u32::MAX).contains(rank)).collect();
     let first = if ranked.iter().any(|(rank, _)| *rank == 0) { 2 } else { 3 };

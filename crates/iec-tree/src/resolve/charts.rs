@@ -1,4 +1,4 @@
-//! Charts with what they name.
+//! Resolution of sequential function charts.
 
 use super::paths::Found;
 use super::resolver::{Resolver, Scope};
@@ -13,14 +13,13 @@ use scanbound_iec::chart::{self as written, COMPUTED, Target};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, Language, Pou, same};
 
-/// In which orders controllers execute the actions of a chart.
+/// The possible orders in which controllers execute the actions of a chart.
 #[must_use]
 pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let names = chart.actions();
     let mut alphabetical: Vec<usize> = (0..names.len()).collect();
     alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
-    // Boolean variables come first, then what is declared, then what stands in blocks themselves or belongs to
-    // instances.
+    // Boolean variables come first, then actions in order of declaration, then inline bodies and actions of instances.
     let rank = |&at: &usize| {
         let name = &names[at];
         let own = pou.actions.iter().position(|one| same(&one.name, name));
@@ -44,8 +43,8 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     Orders { declared: generated, alphabetical, declared_is_clear: is_clear }
 }
 
-/// The actions of a chart that is drawn, in the order in which generators declare them in text: as they come to them on
-/// the way from step to step.
+/// The actions of a drawn chart in the order in which generators declare them: depth first along the transitions, from
+/// the initial steps.
 fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
     let mut seen = vec![false; chart.steps.len()];
     let mut open: Vec<usize> =
@@ -94,7 +93,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The Boolean variable of a unit by which a chart is controlled.
+    /// The unit's `BOOL` variable of this name, which controls the chart; `None` if it has none.
     fn flag(&self, unit: UnitId, name: &str) -> Option<VarId> {
         let is_bool = |id: &VarId| self.tree.variable(*id).ty == self.bool();
         self.index.member(unit, name).filter(is_bool)
@@ -158,7 +157,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// What is read of a step, of a chart of the unit or of one of its actions, or of an instance.
+    /// The flag or elapsed time of a step named by `path` (`S.X`, `S.T`), in a chart of this unit or of an instance.
+    /// `None` if the path names no step.
     pub(super) fn step_flag(
         &mut self,
         scope: Scope,
@@ -168,7 +168,7 @@ impl Resolver<'_> {
         let [before @ .., Part::Name(flag)] = &path.rest[..] else { return Ok(None) };
         let is_time = same(flag, "T");
         let (Some(unit), true) = (scope.unit, is_time || same(flag, "X")) else { return Ok(None) };
-        // A step in macro steps has several names: `M1.S3`. The first names may lead to an instance.
+        // A step within macro steps has a name with dots (`M1.S3`), so the names before it are tried as an instance.
         for cut in [0].into_iter().chain((1..=before.len()).rev()) {
             let mut names: Vec<&str> = if cut == 0 { vec![&path.first] } else { Vec::new() };
             let behind = &before[cut.saturating_sub(1)..];
@@ -216,7 +216,8 @@ impl Resolver<'_> {
         Expr { kind: ExprKind::Step(Box::new(flag)), ty, line }
     }
 
-    /// The chart of a unit that has a step of this name, and the step's number.
+    /// The routine of the unit's or a base's chart that has a step or macro step of this name, and the step's index
+    /// (macro steps follow the steps).
     fn step_named(&self, unit: UnitId, name: &str) -> Option<(RoutineId, usize)> {
         self.tree.lineage(unit).into_iter().find_map(|unit| {
             let pou = &self.project.pous[unit.index()];

@@ -1,5 +1,5 @@
-//! What a project declares, looked at before it is resolved: names that are declared twice, types and constants that
-//! need themselves, and functions that controllers call by themselves.
+//! Checks of a project's declarations before resolution: duplicate names, circular types and constants, and functions
+//! that controllers call implicitly.
 
 use super::types::is_elementary_name;
 use crate::constants::Constants;
@@ -9,10 +9,11 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, Section, TypeRef, Variable, same};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A file and a line in it.
+/// The index of a file, and a line in it.
 type Site = (usize, u32);
 
-/// All that is wrong with the declarations of a project, with the files.
+/// All faults of a project's declarations, each with its file's index. If types are circular, or extend each other in
+/// too long a chain, only that is reported.
 #[must_use]
 pub fn faults(project: &Project) -> Vec<(usize, Fault)> {
     let mut found = Check { project, faults: Vec::new() };
@@ -39,7 +40,7 @@ struct Check<'p> {
     faults: Vec<(usize, Fault)>,
 }
 
-/// What kind of unit it is, in words.
+/// The kind of unit in words, for messages.
 pub(super) fn kind(pou: &Pou) -> &'static str {
     match pou.kind {
         PouKind::Program => "program",
@@ -49,8 +50,8 @@ pub(super) fn kind(pou: &Pou) -> &'static str {
     }
 }
 
-/// Whether a name is one that the program itself has: not one that a drawing, an edge or a static variable is kept
-/// under.
+/// Whether a name was written by the user. Empty names and names with a dot belong to variables that the reader
+/// created.
 fn is_written(name: &str) -> bool {
     !name.is_empty() && !name.contains('.')
 }
@@ -72,7 +73,8 @@ impl<'p> Check<'p> {
         self.push(second, Code::DeclaredTwice, told, help);
     }
 
-    /// Units, types and global variables of one name. Copies of one file are harmless, if they hold no program.
+    /// Reports units, types and global variables of equal names. Identical copies in different files are accepted, but
+    /// not of programs.
     fn global_names(&mut self) {
         let project = self.project;
         let mut units: BTreeMap<String, &Pou> = BTreeMap::new();
@@ -113,7 +115,7 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Instances of programs are told apart by their names, from global variables, too.
+    /// Reports program instances whose names equal those of other instances or of global variables.
     fn programs(&mut self) {
         let project = self.project;
         let all: Vec<&(String, String)> =
@@ -125,7 +127,7 @@ impl<'p> Check<'p> {
         let mut seen: BTreeMap<String, &str> = BTreeMap::new();
         for (name, of) in &all {
             let first = seen.insert(name.to_ascii_uppercase(), of);
-            // A program by its own name is one instance (CODESYS, TwinCAT), which is called each time.
+            // A program listed under its own name is one instance, which is called each time (CODESYS, TwinCAT).
             if let Some(first) = first.filter(|first| !same(first, of) || !same(name, of)) {
                 let what = format!("the program instance {name}");
                 self.twice(&what, site(first), site(of));
@@ -147,7 +149,7 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Names within a unit.
+    /// Reports duplicate names within a unit.
     fn unit(&mut self, pou: &Pou) {
         self.once(pou, members(pou));
         let transitions = pou.transitions.iter();
@@ -171,7 +173,7 @@ impl<'p> Check<'p> {
                 seen.insert(key, (what, line));
                 continue;
             };
-            // A global variable may be made known again.
+            // `VAR_EXTERNAL` may name the same global variable more than once.
             if (first, what) != (EXTERNAL, EXTERNAL) {
                 let told = format!("{}: the {what} {name}", pou.name);
                 self.twice(&told, (pou.file, first_line), (pou.file, line));
@@ -179,7 +181,7 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Parts of a structure and values of an enumeration.
+    /// Reports duplicate fields of a structure and duplicate values of an enumeration.
     fn inner_names(&mut self, of: &TypeRef, (file, line): Site) {
         match of {
             TypeRef::Struct(parts) => {
@@ -221,7 +223,8 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Names of a unit that one which it extends has, too; but a method may take the place of a method, and so on.
+    /// Reports names that a base unit also declares. Overrides of the same kind, such as a method by a method, are
+    /// accepted.
     fn inherited(&mut self, at: usize) {
         let all = lineage(self.project, at);
         let mut bases: BTreeMap<String, (&str, Site)> = BTreeMap::new();
@@ -240,7 +243,7 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Functions that CODESYS and TwinCAT call by themselves, at each access to an array, each division and so on.
+    /// Reports functions that CODESYS and TwinCAT call implicitly, for example at each array access or division.
     fn implicit_check(&mut self, pou: &Pou) {
         let upper = pou.name.to_ascii_uppercase();
         let is_division = upper.strip_prefix("CHECKDIV").is_some_and(is_elementary_name);
@@ -255,7 +258,7 @@ impl<'p> Check<'p> {
         self.push((pou.file, pou.line), Code::NotModelled, told, help);
     }
 
-    /// Units and structures that extend themselves, and what stands in itself.
+    /// Reports units and structures that extend themselves, and types that contain themselves.
     fn circles(&mut self) {
         let project = self.project;
         let mut nodes: Vec<(&str, Site)> = Vec::new();
@@ -303,7 +306,7 @@ impl<'p> Check<'p> {
         }
     }
 
-    /// Constants and values of enumerations that refer to each other without an end.
+    /// Reports the first constant or enumeration value whose definition is circular or too deep.
     fn constants(&mut self) {
         let project = self.project;
         let constants = Constants::new(project);
@@ -341,7 +344,7 @@ impl<'p> Check<'p> {
         for (name, initial, scope, site) in all {
             if !matches!(initial, Expr::Literal(_)) && constants.is_endless(initial, &scope) {
                 let told = format!(
-                    "the constant {name} has no value: it needs itself, or too many others"
+                    "the constant {name} has no value: it depends on itself, or on too many others"
                 );
                 let help = "give it a number";
                 self.push(site, Code::UnknownName, told, help);
@@ -351,16 +354,16 @@ impl<'p> Check<'p> {
     }
 }
 
-/// A kind of thing, a name and a line.
+/// A kind of declaration, its name and its line.
 type Member = (&'static str, String, u32);
 
-/// The most units of which each extends the next.
+/// The maximum length of a chain of units that extend each other.
 const MAX_BASES: usize = 100;
 
 const VARIABLE: &str = "variable";
 const EXTERNAL: &str = "external variable";
 
-/// Functions for implicit checks of CODESYS and TwinCAT, besides those of divisions.
+/// Functions for implicit checks of CODESYS and TwinCAT, without those for divisions.
 const IMPLICIT: &[&str] = &[
     "CHECKBOUNDS",
     "CHECKRANGESIGNED",
@@ -371,7 +374,7 @@ const IMPLICIT: &[&str] = &[
     "CHECKPOINTERALIGNED",
 ];
 
-/// What a unit, or a method, gives names to.
+/// The names that a unit or method declares.
 fn members(pou: &Pou) -> Vec<Member> {
     let variables =
         pou.variables.iter().filter(|one| is_written(&one.name) && !one.is_internal).map(|one| {
@@ -397,7 +400,7 @@ fn members(pou: &Pou) -> Vec<Member> {
     found
 }
 
-/// Whether a unit is the copy of another one, from a copy of its file. A program would run twice.
+/// Whether a unit is an identical copy from another file. Never for programs, because both would run.
 fn is_copy(first: &Pou, pou: &Pou) -> bool {
     if first.file == pou.file || pou.kind == PouKind::Program {
         return false;
@@ -408,7 +411,7 @@ fn is_copy(first: &Pou, pou: &Pou) -> bool {
     copy == *first
 }
 
-/// The names of the types of which a variable holds some.
+/// Collects the names of the types that a variable contains; targets of references are not included.
 fn named_types<'t>(of: &'t TypeRef, found: &mut Vec<&'t str>) {
     match of {
         TypeRef::Named(name) => found.push(name),
@@ -422,7 +425,7 @@ fn named_types<'t>(of: &'t TypeRef, found: &mut Vec<&'t str>) {
     }
 }
 
-/// A node of which the first edges lead on and on, if there is one.
+/// A node from which the path along first edges is longer than `MAX_BASES`; `None` if there is none.
 fn deep(edges: &[Vec<usize>]) -> Option<usize> {
     (0..edges.len()).find(|&start| {
         let mut node = start;
@@ -434,11 +437,11 @@ fn deep(edges: &[Vec<usize>]) -> Option<usize> {
     })
 }
 
-/// The nodes of a circle of a graph, if it has one.
+/// The nodes of a cycle in the graph, if it has one.
 fn circle(edges: &[Vec<usize>]) -> Option<Vec<usize>> {
     let mut is_done = vec![false; edges.len()];
     for start in 0..edges.len() {
-        // The way from the start, each node with the number of its edge that is followed next.
+        // The path from the start: each node with the index of its next edge.
         let mut way: Vec<(usize, usize)> = vec![(start, 0)];
         let mut is_on_way = BTreeSet::from([start]);
         while let Some((node, edge)) = way.last_mut() {
@@ -462,7 +465,7 @@ fn circle(edges: &[Vec<usize>]) -> Option<Vec<usize>> {
     None
 }
 
-/// A unit and those that it extends.
+/// The unit and its base units, each followed by the unit that it extends.
 fn lineage(project: &Project, unit: usize) -> Vec<&Pou> {
     let mut found = vec![&project.pous[unit]];
     while let Some(base) = found.last().and_then(|pou| project.pou(pou.extends.as_ref()?))

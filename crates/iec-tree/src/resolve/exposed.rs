@@ -1,4 +1,4 @@
-//! Which units have variables that code of other units may read and write.
+//! Determines which units have variables that code of other units may access.
 
 use super::resolver::Resolver;
 use crate::declarations::{Owner, UnitId, VarId};
@@ -6,8 +6,9 @@ use crate::types::{Type, TypeId};
 use std::collections::BTreeSet;
 
 impl Resolver<'_> {
-    /// The units of whose instances other units may name variables, if these programs are named by others: all, where
-    /// there are references; else those of global instances, of these programs, and of the instances in them.
+    /// The units whose variables code of other units may access, if it names the programs `named`. If the project has
+    /// references: all units. Otherwise those of global instances and of the named programs, and of all instances
+    /// inside these.
     pub(super) fn exposed_units(&self, named: &BTreeSet<UnitId>) -> BTreeSet<UnitId> {
         let tree = &self.tree;
         if tree.types.has_references() {
@@ -39,7 +40,7 @@ impl Resolver<'_> {
         found
     }
 
-    /// Whether code of other units may read or write a variable.
+    /// Whether code of other units may read or write this variable. True for every global variable.
     pub(super) fn is_exposed(&self, id: VarId) -> bool {
         match self.tree.variable(id).owner {
             Owner::Unit(unit) => self.exposed.contains(&unit),

@@ -1,4 +1,4 @@
-//! Expressions with their types.
+//! Resolution and typing of expressions.
 
 use super::given::Given;
 use super::paths::{Found, property_here, start};
@@ -13,7 +13,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{same, show};
 
 impl Resolver<'_> {
-    /// An expression; what is wrong with it is one, too.
+    /// Resolves an expression. A fault becomes an [`ExprKind::Fault`].
     pub(super) fn expression(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
         let around = self.before.len();
         let found = match self.found(scope, one, line) {
@@ -94,9 +94,9 @@ impl Resolver<'_> {
                 let told = format!("a condition cannot be read: {why}");
                 return Err(Fault::new(line, told).code(Code::NotModelled));
             }
-            // Lists stand in declarations alone.
+            // Lists occur only as initial values in declarations.
             ast::Expr::List(..) => {
-                let told = format!("{} is no value of one variable", show::expr(one));
+                let told = format!("{} is not a value of a single variable", show::expr(one));
                 return Err(Fault::new(line, told).code(Code::NotModelled));
             }
             ast::Expr::Call(path, given) => {
@@ -106,7 +106,7 @@ impl Resolver<'_> {
         Ok(Expr { kind, ty, line })
     }
 
-    /// Two operands, each as one of the type in which they meet.
+    /// A binary operation whose operands are converted to their common type.
     pub(super) fn operation(&mut self, operator: Operator, left: Expr, right: Expr) -> Expr {
         let line = left.line;
         let types = &mut self.tree.types;
@@ -122,7 +122,8 @@ impl Resolver<'_> {
         Expr { kind: ExprKind::Binary(operator, left, right), ty, line }
     }
 
-    /// An expression as one of a type.
+    /// Converts a value to an elementary or string type. It stays unchanged if it has that type, if `to` is another
+    /// kind of type, or if it is a fault.
     pub(super) fn converted(&mut self, one: Expr, to: TypeId) -> Expr {
         let types = &self.tree.types;
         let is_value = |ty| matches!(types.get(ty), Type::Elementary(_) | Type::Text(_));
@@ -171,7 +172,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// A path that is a variable, or a part of one.
+    /// The place that a path names; a fault if it names a property, a constant or a step's flag.
     pub(super) fn place(
         &mut self,
         scope: Scope,

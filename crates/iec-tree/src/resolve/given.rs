@@ -1,4 +1,4 @@
-//! What calls and assignments are given: as it is written, or as a drawing has resolved it.
+//! Arguments of calls and assigned values, from the syntax tree or already resolved by a drawing.
 
 use super::resolver::{Resolver, Scope};
 use crate::declarations::{TempId, VarId};
@@ -9,32 +9,32 @@ use scanbound_iec::ast::{self, Argument, Path};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::same;
 
-/// A value as it is written, or what a drawing has made of it.
+/// An input value, from the syntax tree or already resolved.
 #[derive(Clone)]
 pub(super) enum Value<'a> {
-    /// As it is written.
+    /// From the syntax tree, not yet resolved.
     Written(&'a ast::Expr),
-    /// Resolved.
+    /// Resolved by a drawing.
     Known(Expr),
 }
 
-/// Where a result goes.
+/// The receiver of an output.
 #[derive(Clone)]
 pub(super) enum Taker<'a> {
-    /// As it is written.
+    /// From the syntax tree, not yet resolved.
     Written(&'a ast::Expr),
-    /// What a drawing keeps.
+    /// A temporary of a drawing.
     Kept(TempId),
-    /// A variable that a drawing declares.
+    /// A variable that the reader declared for a drawing.
     Variable(VarId),
 }
 
-/// What is handed over to what is called, or taken from it.
+/// One argument of a call.
 #[derive(Clone)]
 pub(super) struct Given<'a> {
-    /// The parameter's name, where it is given.
+    /// The parameter's name; `None` for a positional argument.
     pub(super) name: Option<&'a str>,
-    /// A value, or where a result goes.
+    /// An input value or the receiver of an output.
     pub(super) side: Side<'a>,
 }
 
@@ -45,7 +45,7 @@ pub(super) enum Side<'a> {
 }
 
 impl<'a> Given<'a> {
-    /// Arguments as they are written.
+    /// The arguments of a call in the syntax tree.
     pub(super) fn written(all: &'a [Argument]) -> Vec<Given<'a>> {
         let one = |one: &'a Argument| Given {
             name: one.name.as_deref(),
@@ -73,7 +73,7 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Where a result goes, and whether it is negated on the way.
+/// The variable that receives an output, and whether the value is negated. `None` if the expression is not a variable.
 fn taken(value: &ast::Expr) -> Option<(&Path, bool)> {
     let (value, negated) = match value {
         ast::Expr::Not(inner) => (&**inner, true),
@@ -86,7 +86,7 @@ fn taken(value: &ast::Expr) -> Option<(&Path, bool)> {
 }
 
 impl Resolver<'_> {
-    /// A value as an expression.
+    /// Resolves an input value.
     pub(super) fn value(&mut self, scope: Scope, value: &Value<'_>, line: u32) -> Expr {
         match value {
             Value::Written(value) => self.expression(scope, value, line),
@@ -94,7 +94,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// A value for what has a type: of references their addresses.
+    /// Resolves an input value for a variable of type `ty`; if that is a reference, takes the address.
     pub(super) fn value_for(
         &mut self,
         scope: Scope,
@@ -109,14 +109,15 @@ impl Resolver<'_> {
             Value::Known(value)
                 if self.tree.types.is_reference(ty) && !self.tree.types.is_reference(value.ty) =>
             {
-                let told = "what a drawing gives a reference is not followed";
+                let told = "the value that a drawing gives a reference is not followed";
                 self.faulty(Fault::new(line, told).code(Code::NotModelled), line)
             }
             value => self.value(scope, value, line),
         }
     }
 
-    /// Where a result of a type goes, and whether it is negated on the way; nothing, if it goes nowhere.
+    /// Resolves the receiver of an output of type `ty`, with whether the value is negated; `None` if the output is
+    /// dropped.
     pub(super) fn taken(
         &mut self,
         scope: Scope,

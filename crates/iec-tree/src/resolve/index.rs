@@ -1,4 +1,4 @@
-//! What names mean, by the scope that declares them.
+//! The declarations of a project, indexed by scope and name.
 
 use crate::declarations::{RoutineId, RoutineKind, UnitId, VarId};
 use crate::tree::Tree;
@@ -6,23 +6,23 @@ use scanbound_iec::ast::{Part, Path};
 use scanbound_iec::{PouKind, Project};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// By names in capitals.
+/// A map whose keys are names in capitals.
 pub(super) type ByName<T> = BTreeMap<String, T>;
 
-/// What the names of a project mean.
+/// All declared names of a project.
 #[derive(Default)]
 pub(super) struct Index {
     units: ByName<UnitId>,
     programs: ByName<UnitId>,
     functions: ByName<UnitId>,
     types: ByName<usize>,
-    /// Declared types that are resolved, by their numbers.
+    /// The ids of declared types that are already resolved, by the type's index in the project.
     pub(super) known_types: BTreeMap<usize, crate::types::TypeId>,
-    /// By the name alone: of several lists, the first one's comes first.
+    /// Global variables by name alone; if several lists declare the name, in order of the lists.
     globals: ByName<Vec<VarId>>,
-    /// By the list's name and the variable's.
+    /// Global variables by the list's name and the variable's name.
     listed: BTreeMap<(String, String), VarId>,
-    /// The same of lists that only their files name.
+    /// Names `list.variable` where the list is known only by its file's name.
     of_files: BTreeSet<(String, String)>,
     /// For each unit, its variables and those that it inherits.
     members: Vec<ByName<VarId>>,
@@ -31,11 +31,11 @@ pub(super) struct Index {
     /// For each unit, its actions and methods with those that it inherits.
     actions: Vec<ByName<RoutineId>>,
     methods: Vec<ByName<RoutineId>>,
-    /// The numbers of variables' names.
+    /// The number of each variable name ([`crate::declarations::Variable::symbol`]).
     symbols: ByName<u32>,
-    /// The numbers of actions and methods by their names; each body has one of its own.
+    /// The number of each routine kind and name ([`crate::declarations::Routine::slot`]).
     slots: BTreeMap<(RoutineKind, String), u32>,
-    /// The properties of each unit, and those that it inherits.
+    /// The properties of each unit, inherited ones included.
     properties: Vec<ByName<()>>,
 }
 
@@ -63,7 +63,7 @@ impl Index {
         found
     }
 
-    /// Takes in actions, methods and properties, when all units are known.
+    /// Adds actions, methods and properties. All units must be declared before.
     pub(super) fn members(&mut self, tree: &Tree) {
         for number in 0..tree.units.len() {
             let (mut actions, mut methods) = (ByName::new(), ByName::new());
@@ -90,7 +90,7 @@ impl Index {
         }
     }
 
-    /// Lets units know the variables that they inherit, when all are declared.
+    /// Adds inherited variables to each unit. All variables must be declared before.
     pub(super) fn inherit(&mut self, tree: &Tree) {
         let all: Vec<ByName<VarId>> = (0..tree.units.len())
             .map(|number| {
@@ -106,13 +106,13 @@ impl Index {
         self.members = all;
     }
 
-    /// The number of a variable's name.
+    /// The number of a variable name; equal names, ignoring case, have equal numbers.
     pub(super) fn symbol(&mut self, name: &str) -> u32 {
         let next = u32::try_from(self.symbols.len()).unwrap_or(u32::MAX);
         *self.symbols.entry(key(name)).or_insert(next)
     }
 
-    /// The number of a routine's kind and name.
+    /// The number of a routine kind and name; equal pairs have equal numbers.
     pub(super) fn slot(&mut self, kind: RoutineKind, name: &str) -> u32 {
         let next = u32::try_from(self.slots.len()).unwrap_or(u32::MAX);
         *self.slots.entry((kind, key(name))).or_insert(next)
@@ -131,15 +131,14 @@ impl Index {
         self.listed.entry((key(list), key(name))).or_insert(id);
     }
 
-    /// Notes the name that the file of a list gives to the list of a global variable, if no other has the variable's
-    /// name.
+    /// Adds the name `list.name`, where `list` is a file's name, if exactly one global variable has this name.
     pub(super) fn add_of_file(&mut self, list: &str, name: &str) {
         if self.globals(name).len() == 1 {
             self.of_files.insert((key(list), key(name)));
         }
     }
 
-    /// The global variable that a path names behind its list, which only the list's file names.
+    /// If the path begins with `list.variable` and the list is known only by its file's name, the variable's name.
     pub(super) fn of_file<'p>(&self, path: &'p Path) -> Option<&'p str> {
         let Part::Name(name) = path.rest.first()? else { return None };
         self.of_files.contains(&(key(&path.first), key(name))).then_some(name)

@@ -1,4 +1,4 @@
-//! What variables begin with before the first scan, as they are declared.
+//! The values of variables before the first scan, from their declarations.
 
 use super::resolver::Resolver;
 use crate::blocks::{Pin, StandardBlock};
@@ -9,13 +9,14 @@ use scanbound_iec::Variable as Declared;
 use scanbound_iec::ast::{Argument, Expr, Listing, Literal};
 use scanbound_iec::{Section, TypeRef, same};
 
-/// More elements of an array are not looked at one by one.
+/// Arrays with more elements, or more elementary values in all, are not evaluated.
 const MAX_ELEMENTS: usize = 20_000;
 
-/// How many constants may refer to each other in a row.
+/// The maximum depth of constants or type names that refer to each other.
 const DEPTH: u32 = 100;
 
-/// A declaration: the type, what is written as initial value, if anything, and what hides global names in that.
+/// A declaration: its type, its initial value if one is written, and the variables that hide global names in that
+/// value.
 #[derive(Clone, Copy)]
 struct Written<'e> {
     of: &'e TypeRef,
@@ -24,14 +25,14 @@ struct Written<'e> {
 }
 
 impl Resolver<'_> {
-    /// What a variable and its parts begin with. Nothing is said of text, nor of what stands in instances of the
-    /// project's blocks.
+    /// The value of a variable and its parts before the first scan. [`Initial::Nothing`] for text and for instances of
+    /// the project's blocks.
     pub(super) fn begins(&self, one: &Declared, ty: TypeId, scope: &Scope<'_>) -> Initial {
         let written = Written { of: &one.of, initial: one.initial.as_ref(), scope };
         self.begins_as(ty, written)
     }
 
-    /// What a variable of a type begins with for which nothing is written.
+    /// The value before the first scan of a variable of this type without an initial value.
     pub(super) fn begins_plainly(&self, ty: TypeId) -> Initial {
         let of = TypeRef::Named(String::new());
         self.begins_as(ty, Written { of: &of, initial: None, scope: &[] })
@@ -40,7 +41,7 @@ impl Resolver<'_> {
     fn begins_as(&self, ty: TypeId, written: Written<'_>) -> Initial {
         let (written, is_open) = self.underlying(written);
         match self.tree.types.get(ty) {
-            // Whether a subrange begins with 0 or its lowest value, controllers differ.
+            // Controllers differ on whether a subrange starts with 0 or with its lower limit.
             Type::Elementary(_) if written.initial.is_none() && is_open => Initial::Unknown,
             Type::Elementary(of) => self.single(*of, written).unwrap_or(Initial::Unknown),
             Type::Reference(..) | Type::Interface(_) => match written.initial {
@@ -75,7 +76,7 @@ impl Resolver<'_> {
         let Some(given) = given(written.initial, Listing::Parts) else { return Initial::Unknown };
         let all = block.pins().map(|pin| {
             let own = given.iter().find(|one| is_for(one, pin.name()));
-            // Whether a falling edge is seen in the first call, controllers differ.
+            // Controllers differ on whether `F_TRIG` detects an edge in its first call.
             match (block, pin, own) {
                 (StandardBlock::FTrig, Pin::Was, _) => Initial::Unknown,
                 (.., None) => Initial::Zero,
@@ -88,7 +89,7 @@ impl Resolver<'_> {
         Initial::Parts(all.collect())
     }
 
-    /// What the elements of an array begin with, if they can be looked at.
+    /// The values of an array's elements; `None` if there are too many or the list has an unsupported form.
     fn elements(
         &self,
         dimensions: &[(i64, i64)],
@@ -103,9 +104,9 @@ impl Resolver<'_> {
         }
         let mut counts = dimensions.iter().map(|(low, high)| usize::try_from(high - low + 1).ok());
         let count = counts.try_fold(1_usize, |all, count| all.checked_mul(count?))?;
-        // Lists within the list, for several dimensions, are not told apart from values of elements.
+        // In several dimensions, nested lists cannot be distinguished from the values of elements.
         let is_nested = |one: &Argument| given(Some(&one.value), Listing::Elements).is_some();
-        // `N(7)` repeats a value as often as the constant says, which is not worked out here.
+        // A repetition `N(7)` looks like a call; its count is not evaluated here.
         let is_call = |one: &Argument| matches!(one.value, Expr::Call(..));
         if count > MAX_ELEMENTS
             || values.len() > count
@@ -133,8 +134,8 @@ impl Resolver<'_> {
         Some(Initial::Elements(all))
     }
 
-    /// The type behind the names of types, with the initial value that they give; and whether a subrange is among them
-    /// whose least value is not 0, or not known.
+    /// Follows type names and subranges to the underlying type and takes the first initial value on the way. The flag
+    /// is true if a subrange occurs whose lower limit is not known to be 0.
     fn underlying<'e>(&'e self, written: Written<'e>) -> (Written<'e>, bool) {
         let mut found = written;
         let mut is_open = false;
@@ -158,7 +159,7 @@ impl Resolver<'_> {
         (found, is_open)
     }
 
-    /// What a variable without parts begins with, if it is known.
+    /// The value of an elementary variable; `None` if it is not known.
     fn single(&self, of: Elementary, written: Written<'_>) -> Option<Initial> {
         let Written { of: declared, initial, scope } = written;
         let number = match (of.kind(), initial) {
@@ -195,7 +196,7 @@ impl Resolver<'_> {
         Some(if number == 0 { Initial::Zero } else { Initial::Number(number) })
     }
 
-    /// The literal that an expression is, or that constants lead to, and whether a sign or NOT stands before it.
+    /// The literal that an expression consists of, directly or through constants, and whether `-` or `NOT` negates it.
     fn constant_literal<'e>(
         &'e self,
         one: &'e Expr,
@@ -233,8 +234,8 @@ impl Resolver<'_> {
     }
 }
 
-/// The values that an initial value lists for elements or parts: none, if there is no initial value. Nothing, if it is
-/// another one.
+/// The entries of an initial value of this kind; empty if there is no initial value. `None` if the value has another
+/// form.
 fn given(initial: Option<&Expr>, kind: Listing) -> Option<&[Argument]> {
     match initial {
         None => Some(&[]),

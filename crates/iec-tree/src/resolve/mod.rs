@@ -1,4 +1,4 @@
-//! From the syntax tree to the typed tree: the only place that looks for names.
+//! Name resolution: builds the typed tree from the syntax tree. No other module looks up names.
 
 mod ambiguous;
 mod calls;
@@ -37,10 +37,10 @@ use scanbound_iec::{Body, Pou, PouKind, Project, Section, Variable as Declared, 
 use std::collections::{BTreeMap, BTreeSet};
 pub use unknown_types::list_unknown_types;
 
-/// The typed tree of a project whose declarations have no faults.
+/// Builds the typed tree of a project whose declarations have no faults ([`faults`]).
 #[must_use]
 pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
-    // What a drawing may touch depends on which programs other units name, wherever these stand.
+    // What a drawing may access depends on which programs other units name anywhere. Repeat until the set is stable.
     let mut named = BTreeSet::new();
     loop {
         let (tree, found) = tree_if_named(project, facts, &named);
@@ -51,7 +51,8 @@ pub fn tree(project: &Project, facts: Facts<'_>) -> Tree {
     }
 }
 
-/// The typed tree, if no other programs than these are named by other units; and those that are.
+/// Builds the typed tree under the assumption that other units name no programs except `named`. Also returns the
+/// programs that they do name.
 fn tree_if_named(
     project: &Project,
     facts: Facts<'_>,
@@ -84,7 +85,7 @@ fn tree_if_named(
 impl<'p> Resolver<'p> {
     fn declare(&mut self) {
         let project = self.project;
-        // Units first: types and variables name them.
+        // Units first, because types and variables refer to them.
         for (number, pou) in project.pous.iter().enumerate() {
             let base = pou.extends.as_ref().map(|base| self.index.unit(base).ok_or(base));
             let fault = match base {
@@ -140,7 +141,7 @@ impl<'p> Resolver<'p> {
         self.tasks();
     }
 
-    /// The interfaces that a unit implements, or is, with those that they extend.
+    /// The interfaces that a unit implements (or that an interface extends), with those that these extend.
     fn interfaces(&self, pou: &Pou) -> Vec<UnitId> {
         let mut found: Vec<UnitId> = Vec::new();
         let mut open: Vec<&str> = pou.implements.iter().map(String::as_str).collect();
@@ -178,7 +179,8 @@ impl<'p> Resolver<'p> {
         RoutineId::at(self.tree.routines.len() - 1)
     }
 
-    /// The variables around the code of a unit, or of one of its methods, as they are declared.
+    /// The variable declarations visible to a unit, or to one of its methods: the method's, the unit's, then those of
+    /// its bases.
     fn around(&self, unit: UnitId, method: Option<&'p Pou>) -> Vec<&'p [Declared]> {
         let units = self.tree.lineage(unit);
         let units = units.into_iter().map(|one| &self.project.pous[one.index()]);
@@ -271,7 +273,7 @@ impl<'p> Resolver<'p> {
         self.index.inherit(&self.tree);
     }
 
-    /// What declarations give their variables at first.
+    /// Resolves the initial values in all declarations.
     fn initial_values(&mut self) {
         let project = self.project;
         for number in 0..project.pous.len() {
@@ -319,7 +321,7 @@ impl<'p> Resolver<'p> {
         self.tree.variables[id.index()].initial = Some(found);
     }
 
-    /// What a declaration gives a variable of a type, or a part of one.
+    /// Resolves the initial value of a variable of type `of`, or of a part of one.
     fn initial(&mut self, scope: Scope, one: &ast::Expr, of: TypeId, line: u32) -> Expr {
         if self.tree.types.is_reference(of) {
             return self.address(scope, one, line);
@@ -328,7 +330,7 @@ impl<'p> Resolver<'p> {
             return self.expression(scope, one, line);
         };
         if *listing == ast::Listing::Unread && self.tree.has_reference(of) {
-            let told = "what references mean at first is not followed where it cannot be read";
+            let told = "an initial value of references cannot be read";
             let help = "assign them in the program";
             let fault = Fault::new(line, told).code(FaultCode::NotModelled).help(help);
             return self.faulty(fault, line);
@@ -342,7 +344,8 @@ impl<'p> Resolver<'p> {
         Expr { kind: ExprKind::List(all), ty, line }
     }
 
-    /// The type of an element, of a part, or of what the method takes that begins an instance.
+    /// The type of an array element, of a field, or of a parameter or variable named in the initialization of an
+    /// instance. [`Type::Unknown`] if there is none.
     fn part_type(&mut self, of: TypeId, name: Option<&str>) -> TypeId {
         let unknown = self.unknown();
         match (self.tree.types.get(of).clone(), name) {
@@ -370,7 +373,7 @@ impl<'p> Resolver<'p> {
             let unit = UnitId::at(number);
             let scope = Scope { unit: Some(unit), method: None, list: None };
             let Unit { body, actions, methods, .. } = self.tree.unit(unit).clone();
-            // Conditions read what actions for their blocks declare.
+            // Actions come first: those for the blocks of conditions declare variables that the conditions read.
             for (id, one) in actions.into_iter().zip(&pou.actions) {
                 self.code_of(scope, id, &one.body);
             }
@@ -421,7 +424,7 @@ impl<'p> Resolver<'p> {
         let refused = || {
             let help = "connect constants, global variables and addresses";
             let what = scanbound_iec::show::expr(&one.value);
-            let told = format!("what a program is connected to, {what}, is not followed");
+            let told = format!("the connection of a program to {what} is not followed");
             Fault::new(line, told).code(FaultCode::NotModelled).help(help)
         };
         let scope = Scope { unit: None, method: None, list: None };
@@ -447,7 +450,7 @@ impl<'p> Resolver<'p> {
     }
 }
 
-/// Whether controllers call a method by themselves: when instances begin, begin again, or end.
+/// Whether controllers call a method by themselves: `FB_Init`, `FB_Reinit` or `FB_Exit`.
 fn is_called_by_itself(method: &Pou) -> bool {
     ["FB_Init", "FB_Reinit", "FB_Exit"].iter().any(|own| same(own, &method.name))
 }

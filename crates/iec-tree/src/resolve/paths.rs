@@ -1,4 +1,4 @@
-//! What paths mean: variables and parts of them, or constants.
+//! Resolution of paths to variables, parts of variables, constants or properties.
 
 use super::resolver::{Resolver, Scope, unknown_name};
 use crate::declarations::{Address, AddressId, Owner, Purpose, TempId, Temporary, UnitId, VarId};
@@ -11,23 +11,23 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Section, TypeRef, same, show};
 use std::borrow::Cow;
 
-/// What a path means.
+/// The meaning of a path.
 pub(super) enum Found {
     /// A variable or a part of one.
     Place(Place),
-    /// A value that is known.
+    /// A constant or a step's flag.
     Constant(Expr),
     /// A property of an instance.
     Property(Property),
 }
 
-/// A property of an instance: what reads and writes it are methods.
+/// A property of an instance. It is read and written by accessor methods.
 pub(super) struct Property {
-    /// The instance.
+    /// The instance that has the property.
     pub(super) owner: Place,
-    /// Whether that of the base is meant (`SUPER^`).
+    /// Whether the base's accessors are called, without dynamic dispatch (`SUPER^`).
     pub(super) of_base: bool,
-    /// The unit that has or inherits it.
+    /// The unit that declares or inherits it.
     pub(super) unit: UnitId,
     /// Its name.
     pub(super) name: String,
@@ -38,12 +38,12 @@ fn is_this(name: &str) -> bool {
 }
 
 impl Resolver<'_> {
-    /// What a path means; a reference at its end stands for what it refers to.
+    /// Resolves a path. A `REFERENCE TO` at its end is replaced by its target.
     pub(super) fn path(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Found, Fault> {
         self.path_to(scope, (path, true), line)
     }
 
-    /// The same, with a reference at the end as it is.
+    /// Like [`Resolver::path`], but a reference at the end stays a reference.
     pub(super) fn reference(
         &mut self,
         scope: Scope,
@@ -129,7 +129,8 @@ impl Resolver<'_> {
         Err(self.not_declared(scope, path, line))
     }
 
-    /// A path without the name of a list that only the list's file names, unless something else is meant then.
+    /// Removes the list's name from the path if the list is known only by its file's name and nothing nearer hides the
+    /// variable.
     fn without_list<'p>(&self, scope: Scope, path: &'p Path) -> Cow<'p, Path> {
         let is_hidden = |name: &&str| {
             self.own_variable(scope, name).is_some() || {
@@ -151,7 +152,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Where a value goes.
+    /// The place that receives a value; a fault if the path needs a getter's call.
     pub(super) fn target(&mut self, scope: Scope, path: &Path, line: u32) -> Result<Place, Fault> {
         let around = self.before.len();
         let place = self.place(scope, path, line)?;
@@ -161,7 +162,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The value that a list keeps.
+    /// The id of a statement list's temporary, which is created at its first use.
     pub(super) fn listed(&mut self, kept: &ast::Temp, ty: TypeId) -> TempId {
         if let Some(&known) = self.listed.get(&kept.number) {
             return known;
@@ -173,31 +174,31 @@ impl Resolver<'_> {
         id
     }
 
-    /// A whole number without a type of its own.
+    /// An integer constant without a type of its own.
     pub(super) fn untyped(&mut self, value: i64, line: u32) -> Expr {
         let ty = self.tree.types.id(Type::Untyped);
         Expr { kind: ExprKind::Named(value), ty, line }
     }
 
-    /// The instance of a unit whose code it is.
+    /// The current instance (`THIS`) of a unit.
     pub(super) fn this(&mut self, unit: UnitId) -> Place {
         let ty = self.block(unit);
         start(Root::This, ty)
     }
 
-    /// The path of a variable.
+    /// The place of a whole variable.
     pub(super) fn start(&self, variable: VarId) -> Place {
         let one = self.tree.variable(variable);
         Place { text: one.name.as_str().into(), ..start(Root::Variable(variable), one.ty) }
     }
 
-    /// The path of what is kept.
+    /// The place of a temporary.
     pub(super) fn kept_place(&self, id: TempId) -> Place {
         let one = &self.tree.temporaries[id.index()];
         Place { text: one.text.as_str().into(), ..start(Root::Temporary(id), one.ty) }
     }
 
-    /// The variable of a method, or of the unit, by its name.
+    /// The variable of this name in the method, the unit or its bases; globals are not included.
     pub(super) fn own_variable(&self, scope: Scope, name: &str) -> Option<VarId> {
         let local = scope.method.and_then(|method| self.index.local(method, name));
         local
@@ -205,8 +206,8 @@ impl Resolver<'_> {
             .or_else(|| self.static_of_base(scope.unit?, name))
     }
 
-    /// The variable of which a base has one for all instances (VAR_STAT). It is a global one with the name of the base
-    /// before its own.
+    /// A static variable (VAR_STAT) of a base unit, shared by all instances. It is stored as a global named
+    /// `base.name`.
     fn static_of_base(&self, unit: UnitId, name: &str) -> Option<VarId> {
         self.tree.unit(unit).base?;
         let bases = self.tree.lineage(unit).into_iter().skip(1);
@@ -249,7 +250,7 @@ impl Resolver<'_> {
         start(Root::Address(AddressId::at(at)), ty)
     }
 
-    /// The value of a constant of the unit, or of a global one.
+    /// The constant that a plain name refers to, if its value is known and cannot differ; otherwise `None`.
     fn named_constant(
         &mut self,
         scope: Scope,
@@ -293,7 +294,7 @@ impl Resolver<'_> {
         let kind = self.tree.types.kind(ty).filter(|kind| matches!(kind, Kind::Whole { .. }))?;
         let value = match own {
             Some(_) => {
-                // What it is made of may have another meaning for what extends the unit.
+                // Names in the initial value may refer to other constants in a derived unit.
                 let mut is_hidden = false;
                 names(initial, &mut |path| is_hidden |= self.hides(scope, path));
                 self.constants.number(initial, &[]).filter(|_| !is_hidden)?
@@ -303,7 +304,8 @@ impl Resolver<'_> {
         (holding(kind, value) == kind).then_some(Expr { kind: ExprKind::Typed(value), ty, line })
     }
 
-    /// Whether a variable here hides the constant that a name would mean elsewhere.
+    /// Whether a nearer declaration, or a variable, prevents this path from referring to a global constant or
+    /// enumeration value.
     fn hides(&self, scope: Scope, path: &Path) -> bool {
         let path = self.without_list(scope, path);
         let name = &path.first;
@@ -313,7 +315,7 @@ impl Resolver<'_> {
             || !(path.rest.is_empty() || self.constants.is_list_or_type(name))
     }
 
-    /// A variable as it is declared.
+    /// The declaration of a variable in the syntax tree; `None` for variables of methods.
     fn declared(&self, id: VarId) -> Option<&Declared> {
         let one = self.tree.variable(id);
         let find = |all: &'_ [Declared]| -> Option<usize> {
@@ -327,7 +329,7 @@ impl Resolver<'_> {
         find(all).map(|at| &all[at])
     }
 
-    /// Follows parts behind a place.
+    /// Appends selectors to a place, one after another, with dereferences of references in between.
     fn follow(
         &mut self,
         scope: Scope,
@@ -354,7 +356,7 @@ impl Resolver<'_> {
             let used = path.rest.len() - rest.len() + number;
             let before = Path { first: path.first.clone(), rest: path.rest[..used].to_vec() };
             let (step, ty) = self.step(scope, &place, part, (path, &before), line)?;
-            // Its own code means what is handed over while it runs.
+            // VAR_IN_OUT is accessible by the instance's own code, because a call is running then.
             let is_own = place.root == Root::This && place.steps.is_empty();
             if let (Step::Member(variable), false) = (&step, is_own) {
                 self.names_handed(*variable, line)?;
@@ -373,7 +375,7 @@ impl Resolver<'_> {
         Ok(Found::Place(place))
     }
 
-    /// A property, or a part of what it gives.
+    /// The property, or a part of its value if selectors follow.
     fn of_property(
         &mut self,
         scope: Scope,
@@ -389,7 +391,7 @@ impl Resolver<'_> {
         self.follow(scope, start, rest, (path, to_end), line)
     }
 
-    /// What a property gives, behind a call that comes before it.
+    /// The place of a property's result. The getter's call is queued to run before.
     pub(super) fn given(
         &mut self,
         scope: Scope,
@@ -411,7 +413,7 @@ impl Resolver<'_> {
         Ok(owner)
     }
 
-    /// The same, where that is a reference what it refers to.
+    /// Like [`Resolver::given`], but a `REFERENCE TO` result is replaced by its target.
     pub(super) fn given_whole(
         &mut self,
         scope: Scope,
@@ -426,7 +428,7 @@ impl Resolver<'_> {
         Ok(place)
     }
 
-    /// What a path means that names no part of what a property gives.
+    /// Like [`Resolver::path`], but a fault if the path uses a part of a property's value.
     pub(super) fn one_path(
         &mut self,
         scope: Scope,
@@ -442,7 +444,7 @@ impl Resolver<'_> {
         found
     }
 
-    /// An expression behind the calls that come before it, of those since then.
+    /// Wraps an expression in the getter calls queued since `around`, so that they run first.
     pub(super) fn after_calls(&mut self, around: usize, mut found: Expr) -> Expr {
         for call in self.before.split_off(around).into_iter().rev() {
             if matches!(found.kind, ExprKind::Fault(_)) {
@@ -454,7 +456,7 @@ impl Resolver<'_> {
         found
     }
 
-    /// The same of a statement.
+    /// Like [`Resolver::after_calls`], for a statement.
     pub(super) fn statement_after(&mut self, around: usize, mut found: Statement) -> Statement {
         for call in self.before.split_off(around).into_iter().rev() {
             if matches!(found.kind, StatementKind::Fault(_)) {
@@ -466,11 +468,11 @@ impl Resolver<'_> {
         found
     }
 
-    /// Goes through a reference before a part of what it means. Whether there is one.
+    /// Dereferences a reference or interface before the next selector. Returns whether it did.
     fn dereferenced(&mut self, place: &mut Place, part: &Part, line: u32) -> Result<bool, Fault> {
         place.ty = match *self.tree.types.get(place.ty) {
             Type::Reference(Refers::Pointer, _) if *part != Part::Dereference => {
-                let told = format!("{} is a pointer: behind it ^ was expected", place.text);
+                let told = format!("{} is a pointer: ^ was expected after it", place.text);
                 return Err(Fault::new(line, told).code(Code::NotModelled));
             }
             Type::Reference(_, to) => to,
@@ -482,7 +484,7 @@ impl Resolver<'_> {
         Ok(true)
     }
 
-    /// The address that an expression is where a reference is asked for.
+    /// Resolves an expression used as the value of a reference: an address, a reference or null.
     pub(super) fn address(&mut self, scope: Scope, one: &ast::Expr, line: u32) -> Expr {
         let around = self.before.len();
         let found = match self.find_address(scope, one, line) {
@@ -519,7 +521,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The address of a variable.
+    /// The address of a place; a fault for VAR_IN_OUT and for properties.
     pub(super) fn address_of(&mut self, place: Place, line: u32) -> Result<Expr, Fault> {
         let results = place.steps.iter().rposition(|step| matches!(step, Step::Result(..)));
         if results.is_some_and(|at| {
@@ -528,7 +530,7 @@ impl Resolver<'_> {
             let told = format!("{} is a property and has no address", place.text);
             return Err(Fault::new(line, told).code(Code::NotModelled));
         }
-        // What is handed over in and out is followed as a copy.
+        // VAR_IN_OUT is modelled as a copy, so its address is not that of the caller's variable.
         let members = place.steps.iter().filter_map(|step| match step {
             Step::Member(id) => Some(*id),
             _ => None,
@@ -540,10 +542,10 @@ impl Resolver<'_> {
         let is_copy = |id: &VarId| self.tree.variable(*id).section == Section::InOut;
         if root.into_iter().chain(members).any(|id| is_copy(&id)) {
             let what = format!(
-                "the address of {} is taken, which is handed over in and out: not followed",
+                "the address of {} is taken, which is VAR_IN_OUT: not followed",
                 place.text
             );
-            let help = "hand over a reference or a pointer instead of VAR_IN_OUT";
+            let help = "pass a reference or a pointer instead of VAR_IN_OUT";
             return Err(Fault::new(line, what).code(Code::NotModelled).help(help));
         }
         let ty = self.tree.types.id(Type::Reference(Refers::Pointer, place.ty));
@@ -568,19 +570,18 @@ impl Resolver<'_> {
         }
     }
 
-    /// Refuses what names, from outside, a variable that an instance's calls hand over in and out: what the last call
-    /// handed over is meant.
+    /// Rejects an access from outside to a VAR_IN_OUT of an instance: it would refer to the variable passed in the last
+    /// call.
     pub(super) fn names_handed(&self, variable: VarId, line: u32) -> Result<(), Fault> {
         let one = self.tree.variable(variable);
         if one.section != Section::InOut {
             return Ok(());
         }
         let message = format!(
-            "{} is handed over in and out, and reached while no call of its instance hands it over",
+            "{} is VAR_IN_OUT, and is accessed while no call of its instance passes it",
             one.name
         );
-        let help =
-            "copy it to a variable of the block in its body, or hand it over where it is needed";
+        let help = "copy it to a variable of the block in its body, or pass it where it is needed";
         Err(Fault::new(line, message).code(Code::NotModelled).help(help))
     }
 
@@ -632,7 +633,7 @@ impl Resolver<'_> {
                 _ => Err(Fault::new(line, format!("{} has no bit {bit}", shown()))),
             },
             (Type::Array(..), _) | (_, Part::Index(_)) if matches!(part, Part::Index(_)) => {
-                Err(Fault::new(line, format!("{} is no array", shown())))
+                Err(Fault::new(line, format!("{} is not an array", shown())))
             }
             _ => {
                 let told = format!("{} is not followed", shown());
@@ -641,7 +642,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// The fault of a name that nothing declares; of VAR_EXTERNAL, the list that declares it is missing.
+    /// The fault of an undeclared name, with special messages for VAR_EXTERNAL without a VAR_GLOBAL and for ambiguous
+    /// enumeration values.
     fn not_declared(&self, scope: Scope, path: &Path, line: u32) -> Fault {
         let lineage = scope.unit.map(|unit| self.tree.lineage(unit)).unwrap_or_default();
         let mut all = lineage.into_iter().flat_map(|unit| {
@@ -670,7 +672,7 @@ impl Resolver<'_> {
             types.filter(|one| has_value(&one.of)).map(|one| one.name.as_str()).collect();
         if let [first, _, ..] = types[..] {
             let told = format!(
-                "{} is a value of the enumerations {}: which one is meant is not said",
+                "{} is a value of the enumerations {}: which one is meant is not clear",
                 path.first,
                 types.join(" and ")
             );
@@ -682,19 +684,19 @@ impl Resolver<'_> {
     }
 }
 
-/// The fault of a property, or a part of it, where none is followed.
+/// The fault of a property used where it is not supported.
 pub(super) fn property_here(line: u32, name: &str) -> Fault {
     let what = format!("{name} is a property, which is not followed here");
     let help = "take the result into a variable, and assign that to the property";
     Fault::new(line, what).code(Code::NotModelled).help(help)
 }
 
-/// A path that only begins.
+/// A place without selectors.
 pub(super) fn start(root: Root, ty: TypeId) -> Place {
     Place { root, steps: Vec::new(), ty, text: "THIS^".into() }
 }
 
-/// The paths in a constant's value.
+/// Calls `see` for the paths of variables in a constant's initial value.
 fn names(one: &ast::Expr, see: &mut dyn FnMut(&Path)) {
     if let ast::Expr::Variable(path) = one {
         see(path);

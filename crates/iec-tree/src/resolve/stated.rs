@@ -1,4 +1,4 @@
-//! What the user states of code that is not there, or that is of another language.
+//! Facts that state the time and writes of code that is missing or in another language.
 
 use super::paths::{Found, start};
 use super::resolver::{Resolver, Scope};
@@ -10,7 +10,7 @@ use scanbound_iec::fault::{Fault, short};
 use scanbound_iec::{PouKind, ast, parse, show};
 
 impl Resolver<'_> {
-    /// Code of another language.
+    /// Resolves a pragma with code of another language; a fault if no fact states its time and writes.
     pub(super) fn foreign(
         &mut self,
         scope: Scope,
@@ -26,7 +26,7 @@ impl Resolver<'_> {
         });
         let Some((StatedCall { time, writes: Some(writes), .. }, name)) = found else {
             let told = format!(
-                "what {} takes and writes is not known: Beremiz and OpenPLC carry it out as C",
+                "the time and the writes of {} are not known: Beremiz and OpenPLC execute it as C",
                 short(text)
             );
             let help = format!(
@@ -48,11 +48,11 @@ impl Resolver<'_> {
             return Ok(place);
         }
         let name = show::path(&path);
-        let told = format!("what the pragma is stated to write, {name}, is no variable");
+        let told = format!("the pragma is stated to write {name}, which is not a variable");
         Err(Fault::new(line, told).code(Code::Fact).help("name variables of the unit"))
     }
 
-    /// Notes what is stated of bodies and methods without code.
+    /// Records the facts stated for functions, function blocks and methods without code.
     pub(super) fn state_routines(&mut self) {
         let calls = self.facts.calls;
         for at in 0..self.tree.routines.len() {
@@ -79,8 +79,8 @@ impl Resolver<'_> {
         if let Some(&id) = self.index.globals(name).first() {
             return Ok(start(Root::Variable(id), self.tree.variable(id).ty));
         }
-        let told = format!("{of} is stated to write {name}, which is no global variable");
-        let help = "name global variables; what a call hands over is counted without that";
+        let told = format!("{of} is stated to write {name}, which is not a global variable");
+        let help = "name global variables; what a call passes is counted without that";
         Err(Fault::new(line, told).code(Code::Fact).help(help))
     }
 }

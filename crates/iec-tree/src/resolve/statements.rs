@@ -1,4 +1,4 @@
-//! Statements with what they name.
+//! Resolution of statements.
 
 use super::given::{Given, Side, Value};
 use super::paths::{Found, property_here};
@@ -12,12 +12,12 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::{Body, show};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The labels of a body.
+/// The labels of one body.
 #[derive(Default)]
 pub(super) struct Labels {
-    /// By their names in capitals.
+    /// The number of each label, by its name in capitals.
     numbers: BTreeMap<String, u32>,
-    /// Those that stand further up.
+    /// The labels that have occurred so far, so that a jump to one of them goes back.
     pub(super) passed: BTreeSet<u32>,
 }
 
@@ -27,7 +27,7 @@ impl Labels {
         *self.numbers.entry(name.to_ascii_uppercase()).or_insert(next)
     }
 
-    /// A jump to a label under a condition.
+    /// A jump to a label, if the condition is true; a fault if the label has already occurred.
     pub(super) fn jump(
         &mut self,
         label: &str,
@@ -44,7 +44,7 @@ impl Labels {
         Ok(StatementKind::Jump(condition, number))
     }
 
-    /// A label.
+    /// Declares a label at the current position.
     pub(super) fn label(&mut self, label: &str) -> StatementKind {
         let number = self.number(label);
         self.passed.insert(number);
@@ -53,7 +53,7 @@ impl Labels {
 }
 
 impl Resolver<'_> {
-    /// The statements of a body that begins in a line.
+    /// Resolves the statements of a body. `line` is used for faults of the whole body.
     pub(super) fn body(&mut self, scope: Scope, body: &Body, line: u32) -> Vec<Statement> {
         let mut labels = Labels::default();
         self.listed.clear();
@@ -202,7 +202,7 @@ impl Resolver<'_> {
             Kind::Refer(target, value) => {
                 let target = self.reference_place(scope, target, line)?;
                 if !self.tree.types.is_reference(target.ty) {
-                    let told = format!("{} is no reference", target.text);
+                    let told = format!("{} is not a reference", target.text);
                     return Err(Fault::new(line, told).code(Code::Operand));
                 }
                 StatementKind::Assign(target, self.address(scope, value, line))
@@ -211,7 +211,7 @@ impl Resolver<'_> {
         })
     }
 
-    /// An assignment.
+    /// Resolves an assignment.
     pub(super) fn assign(
         &mut self,
         scope: Scope,
@@ -237,7 +237,7 @@ impl Resolver<'_> {
         self.assigned(target, value, line)
     }
 
-    /// A variable is set or reset under a condition.
+    /// Resolves a set or reset of a variable, property or block input under a condition.
     pub(super) fn latch(
         &mut self,
         scope: Scope,
@@ -247,7 +247,7 @@ impl Resolver<'_> {
         line: u32,
     ) -> Result<StatementKind, Fault> {
         if let Found::Property(property) = self.one_path(scope, path, line)? {
-            // A property is written where the condition holds.
+            // A property's setter is called only if the condition is true.
             let value = ast::Expr::bool(set);
             let kind = self.property_written(scope, &property, &Value::Written(&value), line)?;
             let condition = self.value(scope, condition, line);
@@ -257,7 +257,7 @@ impl Resolver<'_> {
         }
         let target = self.place(scope, path, line)?;
         match self.tree.types.get(target.ty) {
-            // S and R of an instruction list call an instance with its input of that name.
+            // On an instance, the IL instructions S and R are calls with the input of that name.
             Type::Block(_) | Type::Standard(_) => {
                 let name = Some(if set { "S" } else { "R" });
                 let given = [Given { name, side: Side::In(condition.clone()) }];
@@ -273,7 +273,7 @@ impl Resolver<'_> {
         Ok(StatementKind::Latch(target, set, condition))
     }
 
-    /// A call under a condition, if there is one.
+    /// Resolves a call, executed only if the condition, if any, is true.
     pub(super) fn call_if(
         &mut self,
         scope: Scope,
@@ -292,7 +292,8 @@ impl Resolver<'_> {
         Ok(StatementKind::CallIf(condition, Box::new(Statement { kind, text, line })))
     }
 
-    /// Whether an assignment to a path changes what a pointer or an interface means.
+    /// Whether an assignment to this path changes the target of a pointer or interface, so that the value is an
+    /// address.
     fn takes_address(&mut self, scope: Scope, path: &ast::Path, line: u32) -> bool {
         let around = self.before.len();
         let found = self.reference(scope, path, line);
@@ -304,7 +305,7 @@ impl Resolver<'_> {
         )
     }
 
-    /// A value goes to a variable: an elementary one, or a whole.
+    /// Assigns a resolved value: a conversion to an elementary type, or a copy of an array, structure or instance.
     pub(super) fn assigned(
         &mut self,
         target: Place,
@@ -325,7 +326,7 @@ impl Resolver<'_> {
             && is_whole(self, &target)
         {
             self.has_own_type("a variable", target.ty, from.ty, line)?;
-            // Behind a call, what is copied may be anything.
+            // A copy after a getter's call is kept as an assignment, which may write any value.
             if let ExprKind::Read(from) = value.kind {
                 return Ok(StatementKind::Copy(target, from));
             }

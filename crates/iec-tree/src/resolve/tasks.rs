@@ -1,4 +1,4 @@
-//! Tasks, the instances of programs that they run, and what is executed before the first scan.
+//! Tasks, program instances, and code that runs before the first scan.
 
 use super::resolver::Resolver;
 use crate::declarations::Owner;
@@ -8,15 +8,15 @@ use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, ast, same};
 
-/// What programs of no task are called together.
+/// The name for messages of the task that runs programs without a task.
 const NO_TASK: &str = "background";
 
 impl Resolver<'_> {
-    /// The tasks and the instances of programs.
+    /// Creates the tasks and program instances.
     pub(super) fn tasks(&mut self) {
         let project = self.project;
         let own = project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned();
-        // Programs of no task run together.
+        // Programs without a task run together in one task.
         let (loose, mut named): (Vec<_>, Vec<_>) = own.partition(|task| task.name.is_empty());
         if let Some(mut first) = loose.first().cloned() {
             first.instances = loose.into_iter().flat_map(|task| task.instances).collect();
@@ -34,7 +34,7 @@ impl Resolver<'_> {
                     return Ok(known);
                 }
                 let unit = self.index.program(of).ok_or_else(|| {
-                    let told = format!("the program {of} of the task {} is not there", task.name);
+                    let told = format!("the program {of} of the task {} does not exist", task.name);
                     let fault = Fault::new(1, told).code(Code::UnknownType);
                     fault.help("give the file that declares it")
                 })?;
@@ -47,7 +47,7 @@ impl Resolver<'_> {
             self.tree.tasks.push(Task { name, interval, priority, programs });
         }
         self.tree.tasks.sort_by_key(|task| {
-            // A task without a number comes last of all, that is, first here.
+            // A task without a priority number has the lowest priority, so it comes first in this order.
             let number = task.priority.unwrap_or(i64::MAX);
             std::cmp::Reverse((task.name.is_empty(), number, task.interval.unwrap_or(0)))
         });
@@ -68,12 +68,13 @@ impl Resolver<'_> {
         }
     }
 
-    /// The instance of a program of this name.
+    /// The index of the program instance of this name, ignoring case.
     pub(super) fn instance_named(&self, name: &str) -> Option<usize> {
         self.tree.programs.iter().position(|one| same(&one.name, name))
     }
 
-    /// Whether something is executed before the first scan that may write variables.
+    /// Whether code runs before the first scan that may write variables: an initialization method, or a call in an
+    /// initial value.
     pub(super) fn begins_before(&self) -> bool {
         let begins_with = |unit: &crate::declarations::Unit| !unit.begins_with.is_empty();
         self.tree.units.iter().any(begins_with)
@@ -84,7 +85,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Whether a declaration gives values to the variables of an instance of the project's blocks.
+/// Whether a declaration sets initial values of variables inside an instance of one of the project's blocks.
 pub(super) fn gives_parts(project: &Project) -> bool {
     let gives_to = |initial: &Option<ast::Expr>, of: &TypeRef| {
         !matches!(initial, None | Some(ast::Expr::Literal(_))) && holds_block(project, of)
@@ -99,7 +100,7 @@ pub(super) fn gives_parts(project: &Project) -> bool {
     all.any(gives) || project.types.iter().any(|one| gives_to(&one.initial, &one.of))
 }
 
-/// Whether variables of a type are, or hold, instances of the project's blocks.
+/// Whether a type is or contains one of the project's function blocks.
 fn holds_block(project: &Project, of: &TypeRef) -> bool {
     match of {
         TypeRef::Named(name) => {

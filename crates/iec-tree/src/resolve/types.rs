@@ -1,4 +1,4 @@
-//! Types as they are written, by ids.
+//! Resolution of type references to type ids.
 
 use super::resolver::{Resolver, named};
 use crate::blocks::StandardBlock;
@@ -10,22 +10,22 @@ use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, TypeRef, ast, same};
 
-/// The most characters of a text whose declared length is no constant.
+/// The assumed length, in characters, of a string whose declared length is not constant.
 const LONGEST_TEXT: u32 = 65_535;
 
-/// Whether a type is one of the standard's own, which begin with 0. An enumeration begins with its first value, and a
-/// type of the project's with what that says.
+/// Whether a type is elementary or a string by its standard name. Variables of such types start with 0 or empty;
+/// enumerations and declared types may have another default.
 pub(super) fn is_elementary(of: &TypeRef) -> bool {
     named(of).is_some_and(is_elementary_name)
 }
 
-/// Whether a name is that of one of the standard's own types.
+/// Whether a name is that of an elementary or string type of the standard.
 pub(super) fn is_elementary_name(name: &str) -> bool {
     let is_text = || ["STRING", "WSTRING"].iter().any(|own| scanbound_iec::same(own, name));
     Elementary::named(name).is_some() || is_text()
 }
 
-/// The fault of a base that is not there.
+/// The fault of a unit or type that extends an unknown one.
 pub(super) fn unknown_base(name: &str, base: &str, line: u32) -> Fault {
     Fault::new(line, format!("{name} extends {base}, which is not known"))
         .code(Code::UnknownType)
@@ -33,17 +33,16 @@ pub(super) fn unknown_base(name: &str, base: &str, line: u32) -> Fault {
         .help("give the file that declares it")
 }
 
-/// The help for a name that the project does not declare: what else may be wrong, and what to do where a library has
-/// it.
+/// The help for an undeclared name: `first`, then how to declare and state the time of a library's block or function.
 pub(super) fn declare(first: &str, name: &str) -> String {
     format!(
-        "{first}; of what a library has, declare inputs and outputs without a body, and state its time in a facts file (--facts): [calls] {} = {{ time = \"50us\" }}",
+        "{first}; for a block or function of a library, declare its inputs and outputs without a body, and state its time in a facts file (--facts): [calls] {} = {{ time = \"50us\" }}",
         key(name)
     )
 }
 
 impl<'p> Resolver<'p> {
-    /// The type that is meant where these variables hide global names.
+    /// The id of a type; names in it are hidden by the variables `around`. A fault gives a [`Type::Faulty`].
     pub(super) fn type_of(&mut self, of: &TypeRef, around: &[&[Declared]], line: u32) -> TypeId {
         match self.find_type(of, around, line) {
             Ok(ty) => ty,
@@ -86,7 +85,7 @@ impl<'p> Resolver<'p> {
             TypeRef::Array(dimensions, of) => {
                 let element = self.find_type(of, around, line)?;
                 let bound = |own: &Self, one: &ast::Expr| {
-                    let told = "an array's bound is no constant";
+                    let told = "an array's bound is not a constant";
                     constant(own, one).ok_or_else(|| Fault::new(line, told).code(Code::UnknownType))
                 };
                 let mut bounds = Vec::new();
@@ -94,7 +93,7 @@ impl<'p> Resolver<'p> {
                     bounds.push((bound(self, low)?, bound(self, high)?));
                 }
                 if bounds.iter().any(|(low, high)| low > high) {
-                    let told = "an array ends before it begins";
+                    let told = "an array's upper bound is below its lower bound";
                     return Err(Fault::new(line, told).code(Code::UnknownType));
                 }
                 Type::Array(bounds, element)
@@ -119,7 +118,7 @@ impl<'p> Resolver<'p> {
         }
         if let Some(at) = self.index.declared_type(name) {
             let own = &self.project.types[at];
-            // Bases that are declared gave it their parts when all files were read.
+            // Known bases were merged into the structure when all files were read, so the remaining one is unknown.
             if let Some(base) = &own.extends {
                 return Err(unknown_base(&own.name, base, line));
             }
@@ -127,7 +126,7 @@ impl<'p> Resolver<'p> {
                 return Ok(known);
             }
             if let TypeRef::Struct(parts) = &own.of {
-                // It may refer to itself.
+                // Register the id first, because the structure may refer to itself.
                 let id = self.tree.types.new_struct();
                 let ty = self.tree.types.id(Type::Struct(id));
                 self.index.known_types.insert(at, ty);
@@ -154,14 +153,15 @@ impl<'p> Resolver<'p> {
         }
     }
 
-    /// The type of a part of a structure.
+    /// The type of a structure's field.
     fn declared_part(&mut self, one: &Declared, around: &[&[Declared]]) -> Result<TypeId, Fault> {
         let ty = self.find_type(&one.of, around, one.line)?;
         self.refers_to_nothing(ty, one.initial.as_ref(), one.line)?;
         Ok(ty)
     }
 
-    /// Refuses a type that says what its references mean at first: only declarations of variables are asked for that.
+    /// Rejects a type whose default initial value sets references. Only initial values in variable declarations are
+    /// analysed for targets.
     fn refers_to_nothing(
         &self,
         ty: TypeId,
@@ -175,7 +175,7 @@ impl<'p> Resolver<'p> {
         }
         let is_reference = |of: &Type| matches!(of, Type::Reference(..) | Type::Interface(_));
         let refers = match initial.is_some_and(names) || calls(initial) {
-            // The variables of blocks are not known yet.
+            // The variables of blocks are not declared yet, so any block is rejected if the value contains a call.
             true => self.tree.holds(ty, &|of| {
                 is_reference(of) || (calls(initial) && matches!(of, Type::Block(_)))
             }),
@@ -184,7 +184,7 @@ impl<'p> Resolver<'p> {
         if !refers {
             return Ok(());
         }
-        let told = "what references mean at first is said by a type, which is not followed";
+        let told = "a type gives references an initial value, which is not followed";
         let help = "give the variable of this type an initial value, or assign it in the program";
         Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
@@ -194,8 +194,8 @@ impl<'p> Resolver<'p> {
         self.tree.types.id(Type::Block(unit))
     }
 
-    /// The number of the first value of an enumeration, which its variables begin with unless a declaration says
-    /// another.
+    /// The number of an enumeration type's first value, the default of its variables. `None` if it is unknown, if the
+    /// type is no enumeration, or if its declaration states another default.
     pub(super) fn first_named(&self, of: &TypeRef, around: &[&[Declared]]) -> Option<i64> {
         match of {
             TypeRef::Enumeration(values, _) => match values.first()? {
@@ -211,7 +211,8 @@ impl<'p> Resolver<'p> {
         }
     }
 
-    /// Whether what a type gives its variables at first calls anything.
+    /// Whether the default initial value of a type contains a call, at any depth. `seen` holds the names already
+    /// visited.
     pub(super) fn type_calls(&self, of: &TypeRef, seen: &mut Vec<String>) -> bool {
         match of {
             TypeRef::Array(_, of) | TypeRef::Subrange(of, _) => self.type_calls(of, seen),
@@ -238,7 +239,7 @@ impl<'p> Resolver<'p> {
     }
 }
 
-/// Whether an initial value calls anything.
+/// Whether an initial value contains a call, also in indices.
 fn calls(one: Option<&ast::Expr>) -> bool {
     fn within(one: &ast::Expr) -> bool {
         let indices = match one {

@@ -1,4 +1,4 @@
-//! All unknown types where one of them is found, so that one run lists all that is missing.
+//! Extends a report of an unknown type to all unknown types, so that one run lists everything that is missing.
 
 use crate::declarations::UnitId;
 use crate::tree::Tree;
@@ -8,13 +8,13 @@ use scanbound_iec::PouKind;
 use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The name of a type that a fault says is not known.
+/// The name of the unknown type, in capitals, if the fault reports one.
 fn unknown(fault: &Fault) -> Option<String> {
     let is_one = fault.code == Code::UnknownType && !fault.text.is_empty();
     is_one.then(|| fault.text.to_ascii_uppercase())
 }
 
-/// Lists, in place of the unknown types among these faults, all of them, if there are any.
+/// If `faults` reports an unknown type, replaces such reports by one for each unknown type that the programs use.
 pub fn list_unknown_types(tree: &Tree, faults: &mut Vec<(usize, Fault)>) {
     if !faults.iter().any(|(_, fault)| unknown(fault).is_some()) {
         return;
@@ -28,7 +28,8 @@ pub fn list_unknown_types(tree: &Tree, faults: &mut Vec<(usize, Fault)>) {
     faults.extend(found.into_values());
 }
 
-/// What is wrong with the types of the variables of all units that a program may come to by these, with the files.
+/// The type faults, with their files, in variables of the programs, of global instances and of all units that these
+/// contain or extend.
 fn declared(tree: &Tree) -> Vec<(usize, Fault)> {
     fn innermost(tree: &Tree, ty: TypeId) -> &Type {
         match tree.types.get(ty) {

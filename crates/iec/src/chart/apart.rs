@@ -1,19 +1,20 @@
-//! Whether the conditions of two transitions exclude each other, as `x` and `NOT x` do.
+//! Whether the conditions of two transitions are mutually exclusive, such as `x` and `NOT x`.
 
 use super::Chart;
 use crate::ast::{Expr, Literal, Operator};
 use crate::show;
 
-/// Whether two conditions are never true together, seen from their text alone: a part of one, joined by AND, is the
-/// negation of a part of the other, or both compare the same variable with different constants. All that they read must
-/// keep its value from one condition to the next.
+/// Whether two conditions are never true together, judged by their text: an operand that one requires is the negation
+/// of an operand that the other requires, or both compare a variable with constants so that no value satisfies both.
+/// The caller must ensure that no variable changes between the evaluations of the two conditions.
 #[must_use]
 pub fn never_both(one: &Expr, other: &Expr) -> bool {
     let (one, other) = (parts(one, true), parts(other, true));
     one.iter().any(|one| other.iter().any(|other| excludes(one, other)))
 }
 
-/// Whether evaluating a condition of this chart changes nothing, as far as its text shows: no condition calls anything.
+/// Whether evaluating the conditions of this chart has no side effects, judged by their text: none contains a call or
+/// an unreadable part.
 #[must_use]
 pub fn calls_nothing(chart: &Chart) -> bool {
     fn is_quiet(expr: &Expr) -> bool {
@@ -27,7 +28,7 @@ pub fn calls_nothing(chart: &Chart) -> bool {
     chart.transitions.iter().all(|one| is_quiet(&one.condition))
 }
 
-/// A part of a condition: an expression, and the truth value that it must have.
+/// A required operand of a condition: an expression and the truth value that it must have.
 type Part<'e> = (&'e Expr, bool);
 
 fn parts(condition: &Expr, is: bool) -> Vec<Part<'_>> {
@@ -42,7 +43,7 @@ fn parts(condition: &Expr, is: bool) -> Vec<Part<'_>> {
 }
 
 fn excludes((one, is): &Part<'_>, (other, other_is): &Part<'_>) -> bool {
-    // Step flags may end in the midst of an evolution, and an index may be evaluated in more than one way.
+    // Step flags may change during an evolution, and an index may be evaluated differently each time.
     let is_plain = |expr: &Expr| {
         matches!(expr, Expr::Variable(path)
             if path.rest.iter().all(|part| matches!(part, crate::ast::Part::Name(_)))
@@ -63,7 +64,8 @@ fn excludes((one, is): &Part<'_>, (other, other_is): &Part<'_>) -> bool {
             else {
                 return false;
             };
-            // What is no number is neither below nor above a limit: two such comparisons may both be false.
+            // If the variable is not a number (NaN), both comparisons are false, so their negations can be true
+            // together.
             if !is && !other_is && is_order(*first) && is_order(*second) {
                 return false;
             }
@@ -94,7 +96,7 @@ fn negated(operator: Operator) -> Option<Operator> {
     })
 }
 
-/// Whether no number fulfils both comparisons.
+/// Whether no integer satisfies both comparisons.
 fn disjoint(one: (Operator, i128), other: (Operator, i128)) -> bool {
     let below = |(operator, limit): (Operator, i128)| match operator {
         Operator::Less => Some((limit, true)),

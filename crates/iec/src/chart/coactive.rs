@@ -1,5 +1,5 @@
-//! Which steps and actions can be active at the same time, by parallel sequences and by stored actions alike; and what
-//! is wrong with how a chart hangs together.
+//! Determines which steps and actions can be active at the same time, through parallel branches or stored actions, and
+//! finds structural faults of a chart.
 
 use super::{Chart, Qualifier};
 use crate::show;
@@ -9,122 +9,123 @@ use scanbound_nets::reach::{Reachability, reach};
 use scanbound_nets::{Bits, Net, Transition};
 use std::collections::{BTreeMap, VecDeque};
 
-/// How many markings are looked at.
+/// The default maximum number of markings that are searched.
 pub const BUDGET: usize = 100_000;
-/// How many markings are looked at for all pairs of actions together.
+/// The maximum number of markings searched for all pairs of stored actions together.
 const PAIRS_BUDGET: usize = 1_000_000;
-/// How many rows place invariants may take.
+/// The maximum number of rows in the computation of place invariants.
 const ROWS: usize = 5_000;
 
-/// What can be active together with an action.
+/// A step or action that can be active together with an action.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Other {
-    /// A step.
+    /// A step, by its index.
     Step(usize),
     /// Another action.
     Action(String),
 }
 
-/// How two come to be active together.
+/// The reason why two can be active together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum How {
-    /// Their steps stand in different branches of a parallel.
+    /// Their steps are in different branches of a parallel sequence.
     Parallel,
     /// They belong to the same step.
     SameStep,
-    /// The action is stored: by these steps, until one of those is active.
+    /// The action is stored by the steps `by`, until a step of `until` is active.
     Stored {
-        /// The steps that store.
+        /// The steps that store it.
         by: Vec<usize>,
-        /// The steps that reset.
+        /// The steps that reset it.
         until: Vec<usize>,
     },
 }
 
-/// An action, and what can be active together with it.
+/// An action, and a step or action that can be active together with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pair {
-    /// The action.
+    /// The name of the action.
     pub action: String,
-    /// The other.
+    /// The other step or action.
     pub other: Other,
-    /// How.
+    /// The reason.
     pub how: How,
-    /// The transitions that lead there from the start; `None` where the search was cut off before it found a way.
+    /// The transitions that lead from the initial situation to it. `None` if the search ended before it found a path.
     pub path: Option<Vec<usize>>,
 }
 
-/// Something wrong.
+/// A structural fault of a chart.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Finding {
-    /// A step is entered while it is active, on this way.
+    /// A step can be entered while it is active; the transitions that lead there.
     EnteredTwice(usize, Vec<usize>),
     /// A step is never active.
     NeverActive(usize),
-    /// A transition never clears, since its steps are never active together.
+    /// A transition never fires, because its preceding steps are never active together.
     NeverClears(usize),
-    /// A transition never clears, since its condition asks for step flags that are never so while its steps are active:
-    /// the steps, and whether each is to be active.
+    /// A transition never fires, because its condition requires step flags that do not occur while its preceding steps
+    /// are active: the steps, each with the required flag.
     NeverTrue(usize, Vec<(usize, bool)>),
-    /// Steps that are active, and that no transition leads out of, on this way.
+    /// A reachable situation in which no transition is enabled: the active steps, and the transitions that lead there.
     Deadlock(Vec<usize>, Vec<usize>),
-    /// An action is stored by these steps, and no step resets it.
+    /// An action that these steps store and no step resets.
     NeverReset(String, Vec<usize>),
 }
 
-/// On what the answers rest.
+/// The method behind an analysis, with the number of markings seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Basis {
-    /// All markings were seen.
+    /// All reachable markings were seen.
     Markings(usize),
-    /// There are more markings than this; place invariants tell what is never together, the rest may be.
+    /// The number of markings exceeds the limit. Place invariants show which steps exclude each other; all others count
+    /// as possible together.
     Invariants(usize),
-    /// There are more markings than this, and nothing else tells what excludes what.
+    /// The number of markings exceeds the limit and invariants do not apply, so any steps may be together.
     Open(usize),
-    /// The chart is not safe, so nothing excludes anything.
+    /// A step can be entered while active, so the net is not safe and any steps may be together.
     Unsafe(usize),
 }
 
-/// What was found of a chart.
+/// The result of analysing a chart.
 #[derive(Debug, Clone)]
 pub struct Analysis {
-    /// On what it rests.
+    /// The method of the analysis.
     pub basis: Basis,
     /// For each step, the steps that can be active together with it.
     pub together: Vec<Bits>,
-    /// The pairs.
+    /// The pairs that can be active together.
     pub pairs: Vec<Pair>,
-    /// What is wrong.
+    /// The structural faults.
     pub findings: Vec<Finding>,
 }
 
 impl Analysis {
-    /// Whether two steps are known never to be active together.
+    /// Whether it is proved that two steps are never active together.
     #[must_use]
     pub fn are_apart(&self, one: usize, other: usize) -> bool {
         !self.together[one].contains(other)
     }
 }
 
-/// Studies a chart.
+/// Analyses a chart under the standard's rule ([`Rule::One`]). `budget` is the maximum number of markings.
 #[must_use]
 pub fn analyse(chart: &Chart, budget: usize) -> Analysis {
     analyse_by(chart, budget, Rule::One)
 }
 
-/// So many markings are followed where all of competing transitions clear: there are many sets of these.
+/// The maximum number of markings under [`Rule::All`], where many sets of transitions can fire.
 pub const BUDGET_OF_ALL: usize = 10_000;
 
-/// Which of transitions clear that compete for a step and are true.
+/// Which transitions fire if several compete for a step and are true.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// One of them, as the standard has it.
+    /// One of them, as the standard requires.
     One,
-    /// All, but for those that all have priorities.
+    /// All of them, except where all have priorities.
     All,
 }
 
-/// Studies a chart by a rule of evolution. What is wrong with it is told by the standard's.
+/// Analyses a chart under this rule. Its structural faults are always determined under the standard's rule.
 #[must_use]
 pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
     let mut net = chart.net();
@@ -139,14 +140,14 @@ pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
         (analysis.basis, analysis.together) = together(&net, &reached);
     }
     let together = &analysis.together;
-    // Each stored action is followed by itself, and each two of them together.
+    // Each stored action is searched alone, and each pair of them together.
     let stored = actions.iter().filter(|one| one.is_stored()).count();
     let budget = budget.min(PAIRS_BUDGET / (stored * (stored + 1) / 2).max(1));
     analysis.pairs = Pairing { net: &net, reached: &reached, together, budget }.pairs(&actions);
     analysis
 }
 
-/// What is wrong with how a chart hangs together, and nothing of what is active together.
+/// Only the structural faults of a chart.
 #[must_use]
 pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
     let net = chart.net();
@@ -156,13 +157,13 @@ pub fn faults(chart: &Chart, budget: usize) -> Vec<Finding> {
     analysis.findings
 }
 
-/// Which steps of a chart can be active together on any controller, and nothing of actions or faults.
+/// Which steps of a chart can be active together on any controller; pairs and faults are left empty.
 #[must_use]
 pub fn steps_together(chart: &Chart, budget: usize) -> Analysis {
     steps_together_in(&chart.net_of_any(), budget)
 }
 
-/// The same by a net of the chart.
+/// Like [`steps_together`], for a given net of the chart.
 #[must_use]
 pub fn steps_together_in(net: &Net, budget: usize) -> Analysis {
     of_steps(net, &reach(net, budget))
@@ -178,8 +179,8 @@ fn together(net: &Net, reached: &Reachability) -> (Basis, Vec<Bits>) {
         let everything: Vec<usize> = (0..net.places).collect();
         vec![Bits::of(net.places, &everything); net.places]
     };
-    // Where transitions fire in sets that share what they take, every marking is seen, also those that are entered
-    // twice.
+    // If transitions that share a place can fire together, markings with double entry are searched as well, so such a
+    // net needs no safety.
     if !reached.unsafe_places.is_empty() && !net.shares() {
         return (Basis::Unsafe(reached.markings), all());
     }
@@ -229,7 +230,7 @@ fn findings(
     let mut left = Bits::new(chart.steps.len());
     chart.transitions.iter().flat_map(|one| &one.from).for_each(|&step| left.insert(step));
     for dead in &reached.deadlocks {
-        // A single step at the end of a chart that runs once is no fault of its structure.
+        // A single final step of a chart that runs once is not a fault.
         let steps: Vec<usize> = dead.marking.iter().collect();
         let waits = steps.iter().any(|&step| left.contains(step));
         if waits || steps.is_empty() {
@@ -241,8 +242,8 @@ fn findings(
     }
 }
 
-/// The step flags that a transition asks for in vain while its steps are active: those of which each never is so, or
-/// else all; nothing if its steps are never active together.
+/// The required step flags that prevent a transition from firing: the first that never has the required value while its
+/// preceding steps are active, or, if there is none, all of them. `None` if its steps are never active together.
 fn in_vain(one: &Transition, reached: &Reachability) -> Option<Vec<(usize, bool)>> {
     let with =
         reached.visited().filter(|marking| one.inputs.iter().all(|&step| marking.contains(step)));
@@ -259,21 +260,22 @@ fn in_vain(one: &Transition, reached: &Reachability) -> Option<Vec<(usize, bool)
     Some(if alone.is_empty() { all } else { vec![alone[0]] })
 }
 
-/// The steps that store an action.
+/// The steps that store an action, by their indices.
 #[must_use]
 pub fn storing(chart: &Chart, action: &str) -> Vec<usize> {
     let own = chart.blocks_of(action).filter(|(_, block)| block.qualifier.is_stored());
     own.map(|(step, _)| step).collect()
 }
 
-/// The steps that reset it.
+/// The steps that reset an action, by their indices.
 #[must_use]
 pub fn resetting(chart: &Chart, action: &str) -> Vec<usize> {
     let own = chart.blocks_of(action).filter(|(_, block)| block.qualifier == Qualifier::R);
     own.map(|(step, _)| step).collect()
 }
 
-/// The steps that are never active while an action is stored, by a net of the chart.
+/// The steps that are never active while the action is stored. Empty if it is not a stored action or the search exceeds
+/// `budget`.
 #[must_use]
 pub fn apart_while_stored(chart: &Chart, net: &Net, action: &str, budget: usize) -> Vec<usize> {
     let own = Running::all(chart).into_iter().find(|one| crate::same(&one.name, action));
@@ -288,27 +290,27 @@ pub fn apart_while_stored(chart: &Chart, net: &Net, action: &str, budget: usize)
     if ways.complete { all.filter(|&step| !beside.contains(step)).collect() } else { Vec::new() }
 }
 
-/// How stored actions stand: for each of some actions, whether it is stored.
+/// The state space of a net with stored actions: a marking, and for each action whether it is stored.
 struct Stored<'a> {
     actions: &'a [&'a Running],
     net: &'a Net,
 }
 
-/// A marking, and which actions are stored in it.
+/// A marking, and for each action whether it is stored.
 type State = (Bits, Vec<bool>);
-/// Is shown a state and its number.
+/// A callback that receives a state and its number.
 type Seen<'a> = dyn FnMut(&State, usize) + 'a;
 
-/// The states that were seen, by how each was reached.
+/// The states found, with the way each was reached.
 struct Ways {
-    /// For each state the number of the one before it, and the transitions between.
+    /// For each state, the number of the preceding state and the transitions that fired; `None` for initial states.
     before: Vec<Option<(usize, Vec<usize>)>>,
-    /// Whether these are all.
+    /// Whether all reachable states were found.
     complete: bool,
 }
 
 impl Ways {
-    /// The transitions that lead to a state.
+    /// The transitions from the initial situation to a state.
     fn path(&self, mut state: usize) -> Vec<usize> {
         let mut path = Vec::new();
         while let Some((before, set)) = &self.before[state] {
@@ -325,7 +327,7 @@ impl<'a> Stored<'a> {
         Stored { actions, net }
     }
 
-    /// What can become of stored actions in a marking.
+    /// The possible states of the stored actions after a marking has been reached.
     fn settle(&self, marking: &Bits, before: &[bool]) -> Vec<Vec<bool>> {
         let mut all: Vec<Vec<bool>> = vec![Vec::new()];
         for (action, &was) in self.actions.iter().zip(before) {
@@ -347,7 +349,7 @@ impl<'a> Stored<'a> {
         all
     }
 
-    /// Shows every state that can be reached, in the order of their distance from the start.
+    /// Calls `see` for every reachable state, in breadth-first order, up to `budget` states.
     fn follow(&self, budget: usize, see: &mut Seen<'_>) -> Ways {
         let mut ways = Ways { before: Vec::new(), complete: true };
         let mut known: FxHashSet<State> = FxHashSet::default();
@@ -381,21 +383,21 @@ impl<'a> Stored<'a> {
     }
 }
 
-/// An action, and the steps with which it runs.
+/// An action, and the steps that run, store or reset it.
 struct Running {
     name: String,
-    /// The steps during which it can run by itself.
+    /// The steps whose action blocks or own code execute it.
     steps: Vec<usize>,
-    /// Those that store it.
+    /// The steps that store it.
     by: Vec<usize>,
-    /// Those that reset it.
+    /// The steps that reset it.
     until: Vec<usize>,
-    /// Whether those that store it do so at once, or may do so later.
+    /// Whether all of its storing blocks store immediately; DS may do so later.
     at_once: bool,
 }
 
 impl Running {
-    /// The actions of a chart, in the order in which they first occur.
+    /// The actions of a chart, in the order of their first occurrence.
     fn all(chart: &Chart) -> Vec<Running> {
         let mut all: Vec<Running> = Vec::new();
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
@@ -408,7 +410,7 @@ impl Running {
             at
         };
         for (step, own) in chart.steps.iter().enumerate() {
-            // What a step itself does (CODESYS), but for what comes when it has ended.
+            // The step's own code (CODESYS), except that on exit.
             for path in [&own.entry, &own.active].into_iter().flatten() {
                 let at = named(show::path(path), &mut all);
                 all[at].run_at(step);
@@ -431,7 +433,7 @@ impl Running {
         all
     }
 
-    /// It runs while a step is active.
+    /// Adds a step that runs the action.
     fn run_at(&mut self, step: usize) {
         if self.steps.last() != Some(&step) {
             self.steps.push(step);
@@ -442,43 +444,44 @@ impl Running {
         !self.by.is_empty()
     }
 
-    /// How it comes to run with others if it is stored.
+    /// The reason for pairs of this action if it is stored.
     fn how(&self) -> How {
         How::Stored { by: self.by.clone(), until: self.until.clone() }
     }
 
-    /// Whether one of its own steps is active.
+    /// Whether one of its own steps is active in the marking.
     fn is_stepped(&self, marking: &Bits) -> bool {
         self.steps.iter().any(|&step| marking.contains(step))
     }
 }
 
-/// Where an action is stored.
+/// The situations in which an action is stored.
 struct Lasting {
-    /// For each step that is active while it is, the first state in which it is so.
+    /// For each step that can be active while the action is stored, the first such state.
     seen: BTreeMap<usize, usize>,
     ways: Ways,
 }
 
 impl Lasting {
-    /// A shortest way to one of these steps while the action is stored, if one was seen; `None` if there is none.
+    /// A shortest path to one of these steps while the action is stored. `None`: impossible; `Some(None)`: not found,
+    /// but the search was incomplete.
     fn way_to(&self, steps: &[usize]) -> Option<Option<Vec<usize>>> {
         let first = steps.iter().filter_map(|step| self.seen.get(step)).min();
         match first {
             Some(&at) => Some(Some(self.ways.path(at))),
-            // What was not seen may be all the same.
+            // An incomplete search does not exclude it.
             None => (!self.ways.complete).then_some(None),
         }
     }
 }
 
-/// Finds what can run together.
+/// Determines the pairs that can be active together.
 struct Pairing<'a> {
     net: &'a Net,
     reached: &'a Reachability,
-    /// Which steps can be active together with each.
+    /// For each step, the steps that can be active together with it.
     together: &'a [Bits],
-    /// How many markings are looked at for each pair.
+    /// The maximum number of markings searched for each pair.
     budget: usize,
 }
 
@@ -497,7 +500,7 @@ impl Pairing<'_> {
         pairs
     }
 
-    /// Where an action is stored, if it ever is.
+    /// The situations in which an action is stored; `None` if no block stores it.
     fn lasting(&self, action: &Running) -> Option<Lasting> {
         if !action.is_stored() {
             return None;
@@ -514,7 +517,7 @@ impl Pairing<'_> {
         Some(Lasting { seen, ways })
     }
 
-    /// The steps of others that can be active while an action runs, and how.
+    /// The pairs of the action with steps that do not run it themselves.
     fn with_steps(&self, action: &Running, lasting: Option<&Lasting>) -> Vec<Pair> {
         let others = (0..self.net.places).filter(|step| !action.steps.contains(step));
         let pair = |step: usize| {
@@ -529,7 +532,7 @@ impl Pairing<'_> {
         others.filter_map(pair).collect()
     }
 
-    /// Whether two actions can run together, and how.
+    /// The pair of two actions, if they can be active together.
     fn of_two(
         &self,
         (one, first): (&Running, Option<&Lasting>),
@@ -554,10 +557,10 @@ impl Pairing<'_> {
         }
     }
 
-    /// The same of two that are stored.
+    /// Like `of_two`, for two stored actions.
     fn of_two_stored(&self, one: &Running, two: &Running) -> Option<Pair> {
         let actions = [one, two];
-        // The first of the two that goes on after its steps, and where.
+        // The first action that stays stored after its steps, and the state.
         let mut found = None;
         let ways =
             Stored::new(self.net, &actions).follow(self.budget, &mut |(marking, stored), at| {
@@ -570,7 +573,7 @@ impl Pairing<'_> {
         let (lasting, path) = match found {
             Some((lasting, at)) => (lasting, Some(ways.path(at))),
             None if ways.complete => return None,
-            // What was not seen may be all the same.
+            // An incomplete search does not exclude it.
             None => (one, None),
         };
         let (action, other) = (one.name.clone(), Other::Action(two.name.clone()));
@@ -664,7 +667,7 @@ mod tests {
                 assert_eq!(rough.are_apart(one, other), one != other);
             }
         }
-        // What was not seen is not denied.
+        // An incomplete search excludes nothing that it has not seen.
         assert!(rough.pairs.len() >= exact.pairs.len());
     }
 }

@@ -1,24 +1,24 @@
-//! A chart while it is read: transitions name their steps, and nothing is checked yet.
+//! A chart while it is read: transitions refer to steps by name, and nothing is checked yet.
 
 use super::{Block, Step};
 use crate::ast::Expr;
 
-/// A transition whose steps are named.
+/// A transition that refers to steps by name.
 #[derive(Debug, Clone)]
 pub struct DraftTransition {
     /// Its name.
     pub name: Option<String>,
-    /// The steps in front of it.
+    /// The names of the preceding steps.
     pub from: Vec<String>,
-    /// The steps behind it.
+    /// The names of the following steps.
     pub to: Vec<String>,
     /// Its condition.
     pub condition: Expr,
-    /// Its priority, the smallest first; without one, it comes as it stands.
+    /// Its priority; a smaller number comes first. `None`: its position in the source decides.
     pub priority: Option<u32>,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
-    /// Its number in the source.
+    /// The identifier of its element in the source, if it has one.
     pub id: Option<String>,
 }
 
@@ -27,15 +27,15 @@ pub struct DraftTransition {
 pub struct DraftMacro {
     /// Its name.
     pub name: String,
-    /// Whether it is marked as active at first.
+    /// Whether it is marked as initial.
     pub initial: bool,
-    /// Its action blocks: on while one of its steps is active.
+    /// Its action blocks, which apply while any of its steps is active.
     pub blocks: Vec<Block>,
-    /// Its chart.
+    /// The chart that it contains.
     pub inside: Draft,
-    /// How many steps stand in front of it.
+    /// The number of steps before it in the surrounding chart.
     pub at: usize,
-    /// Its line.
+    /// Its line, from 1.
     pub line: u32,
 }
 
@@ -44,7 +44,7 @@ pub struct DraftMacro {
 pub struct Draft {
     /// The steps.
     pub steps: Vec<Step>,
-    /// The macro steps that have charts of their own.
+    /// The macro steps that have charts of their own; others are in `steps`.
     pub macros: Vec<DraftMacro>,
     /// The transitions in the order of the source.
     pub transitions: Vec<DraftTransition>,
@@ -52,7 +52,7 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// An empty chart that begins at a line.
+    /// An empty chart that begins at this line.
     #[must_use]
     pub fn new(line: u32) -> Draft {
         Draft { steps: Vec::new(), macros: Vec::new(), transitions: Vec::new(), line }

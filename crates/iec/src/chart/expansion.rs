@@ -1,10 +1,9 @@
-//! Puts the charts of macro steps in their places.
+//! Replaces macro steps by their charts.
 //!
-//! A macro step stands for a chart of its own with one step that is entered and one that is left (IEC 60848 calls them
-//! its expansion, input step and output step). What leads into the macro step leads into the step that is entered, and
-//! a transition behind it is enabled by the step that is left and clears that one. So the chart in which all macro
-//! steps are replaced evolves as the one that is drawn: no scan is gained or lost, and since nothing in a macro step
-//! leads out of the step that is left, no transition there competes with those behind the macro step.
+//! A macro step stands for a chart with one entry step and one exit step (IEC 60848: expansion, input step, output
+//! step). A transition into the macro step activates the entry step; a transition after it is enabled by the exit step
+//! and clears that. The expanded chart therefore evolves like the drawn one, scan by scan. Since no transition inside
+//! the macro step leaves the exit step, none competes with those after the macro step.
 
 use super::draft::{Draft, DraftMacro, DraftTransition};
 use super::{Block, Chart, Macro, Step, Target, Transition};
@@ -14,26 +13,26 @@ use crate::{Body, same};
 use scanbound_base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// How deep macro steps may stand in each other: a file's depth is not the program's stack.
+/// The maximum nesting depth of macro steps, so that a deep file cannot exhaust the stack.
 pub const DEEPEST: usize = 32;
 
 fn fault(line: u32, message: String, help: &str) -> Fault {
     Fault::new(line, message).code(Code::Chart).help(help)
 }
 
-/// An element by its number, where the source has one.
+/// The name of an element for messages, with its `localId` if it has one.
 fn numbered(what: &str, id: Option<&str>) -> String {
     id.map_or_else(|| what.to_owned(), |id| format!("{what} with localId {id}"))
 }
 
-/// A transition names a step that is not there.
+/// The fault of a transition that names a step that does not exist.
 fn no_step(one: &DraftTransition, name: &str) -> Fault {
     let what = numbered("a transition", one.id.as_deref());
-    let message = format!("{what} names the step {name}, which is not there");
+    let message = format!("{what} names the step {name}, which does not exist");
     fault(one.line, message, "name a step of the chart")
 }
 
-/// Two steps have one name; with their numbers, where the source has them.
+/// The fault of two steps of one name, with their `localId`s if they have any.
 fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
     let ids: Vec<&str> = ids.into_iter().flatten().collect();
     let told = if ids.is_empty() { String::new() } else { format!(": localId {}", ids.join(", ")) };
@@ -42,12 +41,12 @@ fn twice(name: &str, line: u32, ids: [Option<&str>; 2]) -> Fault {
 }
 
 impl Draft {
-    /// The chart. The charts of macro steps stand in their places.
+    /// Checks the chart, expands macro steps and resolves step names to indices.
     ///
     /// # Errors
     ///
-    /// The first fault: a step that is not there, or twice, a transition without steps, no initial step, a
-    /// macro step of which it is not clear where it is entered or left.
+    /// The first fault: a step that does not exist or exists twice, a transition without steps, no initial step, or a
+    /// macro step whose entry or exit is ambiguous.
     pub fn finish(self) -> Result<Chart, Fault> {
         let line = self.line;
         let Flat { steps, mut transitions, macros } = flat(self)?;
@@ -59,7 +58,7 @@ impl Draft {
             let message = format!("the chart has no initial step{}", first.unwrap_or_default());
             return Err(fault(line, message, help));
         }
-        // A stable sort: what has no number stays where it is among its like, behind those that have one.
+        // The sort is stable: transitions without a priority keep their order, after those with one.
         transitions.sort_by_key(|transition| transition.priority.unwrap_or(u32::MAX));
         let all = steps.iter().enumerate().map(|(at, step)| (key(&step.name), at));
         let known: BTreeMap<String, usize> = all.collect();
@@ -79,9 +78,9 @@ impl Draft {
             };
             let (from, to) = (places(&one.from)?, places(&one.to)?);
             if from.is_empty() || to.is_empty() {
-                let side = if from.is_empty() { "in front of" } else { "behind" };
+                let side = if from.is_empty() { "before" } else { "after" };
                 let what = numbered("a transition", one.id.as_deref());
-                let message = format!("no step stands {side} {what}");
+                let message = format!("there is no step {side} {what}");
                 return Err(fault(line, message, "let steps and transitions follow each other"));
             }
             placed.push(Transition {
@@ -98,14 +97,15 @@ impl Draft {
     }
 }
 
-/// A chart in which transitions name steps by their full names, and no macro step is left.
+/// A chart without macro steps, in which transitions name steps by their full names.
 struct Flat {
     steps: Vec<Step>,
     transitions: Vec<DraftTransition>,
     macros: Vec<Macro>,
 }
 
-/// What stands in a chart, by its name: a step, or a macro step with the steps where it is entered and left.
+/// A step or macro step with its full name. `entry` and `exit` are the full names of its entry and exit step; of a
+/// step, its own.
 struct Node {
     full: String,
     entry: String,
@@ -113,12 +113,12 @@ struct Node {
     is_macro: bool,
 }
 
-/// What names that are the same have in common.
+/// The key of a name in maps: names that differ only in case have the same key.
 fn key(name: &str) -> String {
     name.to_ascii_lowercase()
 }
 
-/// The names of a chart, behind those of the charts that it stands in.
+/// The steps and macro steps of a chart, with the scope of the chart around it.
 struct Scope<'s> {
     around: Option<&'s Scope<'s>>,
     nodes: BTreeMap<String, Node>,
@@ -134,7 +134,7 @@ impl Scope<'_> {
         self.own(name).or_else(|| self.around.and_then(|around| around.find(name)))
     }
 
-    /// Lets a path to a step's flag or time say in which macro step it is.
+    /// Changes a path to a step's flag or time to use the step's full name.
     fn complete(&self, path: &mut Path) {
         let Some((step, last)) = path.split_last() else { return };
         if !same(last, "X") && !same(last, "T") {
@@ -172,7 +172,7 @@ fn join(within: &str, name: &str) -> String {
     if within.is_empty() { name.to_owned() } else { format!("{within}.{name}") }
 }
 
-/// Puts the charts of all macro steps in their places.
+/// Expands all macro steps.
 fn flat(draft: Draft) -> Result<Flat, Fault> {
     let mut flat = Flat { steps: Vec::new(), transitions: Vec::new(), macros: Vec::new() };
     let first = initial_macro(&draft).map(str::to_owned);
@@ -193,7 +193,8 @@ fn flat(draft: Draft) -> Result<Flat, Fault> {
     }
 }
 
-/// The macro step that is active at first though only a step in it is marked, since nothing else of the chart is.
+/// The macro step that is initial because nothing in the chart itself is marked as initial, and only in this one a step
+/// is. `None` if that is not so.
 fn initial_macro(draft: &Draft) -> Option<&str> {
     let is_marked =
         draft.steps.iter().any(|step| step.initial) || draft.macros.iter().any(|one| one.initial);
@@ -230,7 +231,7 @@ fn put(
     let mut steps = draft.steps.into_iter();
     let mut at = 0;
     loop {
-        // Each macro step's chart stands where the macro step does.
+        // The chart of a macro step is inserted at the position of the macro step.
         while let Some((one, own)) = macros.next_if(|(one, _)| one.at <= at) {
             replace(one, within, &scope, own, flat)?;
         }
@@ -244,7 +245,7 @@ fn put(
     for mut one in draft.transitions {
         let as_read = one.clone();
         let full = |name: &String, is_entered: bool| {
-            // What is in front of a transition stands in its chart; a jump may also lead out of a macro step.
+            // A preceding step must be in the same chart; a jump may also lead out of a macro step.
             let node = if is_entered { scope.find(name) } else { scope.own(name) };
             let node = node.ok_or_else(|| no_step(&as_read, name))?;
             Ok(if is_entered { node.entry.clone() } else { node.exit.clone() })
@@ -257,7 +258,7 @@ fn put(
     Ok(())
 }
 
-/// Steps and macro steps of a chart have different names.
+/// A fault if two steps or macro steps of a chart have the same name.
 fn distinct(draft: &Draft, within: &str) -> Result<(), Fault> {
     let steps = draft.steps.iter().map(|step| (&step.name, step.line, step.id.as_deref()));
     let macros = draft.macros.iter().map(|one| (&one.name, one.line, None));
@@ -278,14 +279,14 @@ fn replace(
     flat: &mut Flat,
 ) -> Result<(), Fault> {
     let full = join(within, &one.name);
-    // What is marked in a macro step says where that is entered, not what is active at first.
+    // A mark in a macro step's chart shows its entry, not that it is initially active.
     let initial = one.initial && within.is_empty();
     let (place, first) = (flat.macros.len(), flat.steps.len());
     flat.macros.push(Macro { name: full.clone(), steps: Vec::new(), line: one.line });
     one.blocks.iter_mut().for_each(|block| scope.complete_block(block, within));
     put(one.inside, &full, Some(scope), &ends.inside, flat)?;
     for step in &mut flat.steps[first..] {
-        // The blocks of the macro step itself: one of its steps is active while it is.
+        // The macro step's own blocks apply to each of its steps, since one of these is active while it is.
         step.blocks.splice(0..0, one.blocks.iter().cloned());
         step.initial |= initial && step.name == ends.entry;
     }
@@ -293,8 +294,8 @@ fn replace(
     Ok(())
 }
 
-/// The full names of the steps where a macro step is entered and left, and the same of those in it: each is looked at
-/// once.
+/// The full names of a macro step's entry and exit step, and the same for macro steps nested in it, so that each is
+/// computed once.
 struct Ends {
     entry: String,
     exit: String,
@@ -326,33 +327,32 @@ fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
     let mut marked: Vec<&str> = marked.collect();
     let begins = led(|way| &way.to);
     if marked.is_empty() && begins.len() != 1 {
-        // Where a macro step in it is the only one in which something is marked, it is entered there.
+        // If exactly one nested macro step contains a mark, it is the entry.
         marked.extend(initial_macro(inside));
     }
-    let help = "mark the one step where it is entered as its initial step";
+    let help = "mark its entry step as its initial step";
     let entry = match (&marked[..], &begins[..]) {
         ([one], begins) if begins.iter().all(|name| name == one) => *one,
         ([], [one]) => *one,
         ([], []) => {
             let message = format!(
-                "the macro step {full} has no step where it is entered: something leads into each of its steps"
+                "the macro step {full} has no entry step: a transition leads into each of its steps"
             );
             return Err(fault(one.line, message, help));
         }
         ([], many) => {
             let message = format!(
-                "the macro step {full} has several steps where it may be entered: nothing leads into {}",
+                "the macro step {full} has several possible entry steps: no transition leads into {}",
                 listed(many)
             );
             return Err(fault(one.line, message, help));
         }
         ([mark], begins) => {
             let message = format!(
-                "where the macro step {full} is entered is not clear: its step {mark} is marked as an initial step, and nothing leads into {}",
+                "the entry step of the macro step {full} is not clear: its step {mark} is marked as an initial step, and no transition leads into {}",
                 listed(begins)
             );
-            let help =
-                "mark the one step where it is entered, and let something lead into all others";
+            let help = "mark its entry step, and let transitions lead into all others";
             return Err(fault(one.line, message, help));
         }
         (marks, _) => {
@@ -362,18 +362,18 @@ fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
         }
     };
     let ends = led(|way| &way.from);
-    let help = "let exactly one of its steps have no transition behind it: there it is left";
+    let help = "let exactly one of its steps, the exit step, have no transition after it";
     let exit = match &ends[..] {
         [one] => *one,
         [] => {
             let message = format!(
-                "the macro step {full} has no step where it is left: a transition follows each of its steps"
+                "the macro step {full} has no exit step: a transition follows each of its steps"
             );
             return Err(fault(one.line, message, help));
         }
         many => {
             let message = format!(
-                "the macro step {full} has several steps where it may be left: no transition follows {}",
+                "the macro step {full} has several possible exit steps: no transition follows {}",
                 listed(many)
             );
             return Err(fault(one.line, message, help));
@@ -389,8 +389,8 @@ fn ends(one: &DraftMacro, full: &str) -> Result<Ends, Fault> {
     Ok(Ends { entry, exit, inside: own })
 }
 
-/// Lets all bodies of a unit say in which macro step a step is of which only one has the name: some tools give every
-/// step of a program a name of its own, whatever it stands in.
+/// In all bodies of a unit, changes references to a step inside a macro step to its full name, if only one step has
+/// that name. Some tools refer to such steps by the short name.
 pub fn complete(pou: &mut crate::Pou) {
     let charts = pou.charts();
     if charts.iter().all(|(_, chart)| chart.macros.is_empty()) {
@@ -426,7 +426,7 @@ pub fn complete(pou: &mut crate::Pou) {
     bodies(pou, &mut |body| body.change(&mut expr, &mut |_| {}));
 }
 
-/// Shows the bodies of a unit: its own, those of actions, transitions and methods.
+/// Calls `see` for all bodies of a unit: its own and those of actions, transitions and methods.
 pub(super) fn bodies(pou: &mut crate::Pou, see: &mut dyn FnMut(&mut Body)) {
     see(&mut pou.body);
     pou.actions.iter_mut().chain(&mut pou.transitions).for_each(|one| see(&mut one.body));

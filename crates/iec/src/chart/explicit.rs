@@ -1,16 +1,16 @@
-//! Rewrites a chart so that actions stored by S, SD, SL and DS become explicit parallel sequences.
+//! Rewrites a chart so that actions stored by S, SD, SL or DS become explicit parallel branches.
 //!
-//! A stored action gets a branch of its own: a step that is active for as long as the action is stored. Transitions
-//! into the steps that store it fork the branch off, transitions into the steps that reset it join it again. The
-//! branch's step has the action with N (for S), D (for SD) or L (for SL), whose timer begins in the same scan as the
-//! one of the stored qualifier did: no time changes, and no scan is lost.
+//! A stored action gets a branch of its own: a step that is active while the action is stored. Transitions into the
+//! steps that store it also activate this step, and transitions into the steps that reset it also clear it. The
+//! branch's step has the action with N (for S), D (for SD) or L (for SL). Its timer starts in the same scan as that of
+//! the stored qualifier did, so no time changes and no scan is added.
 //!
-//! DS is stored only if its step is still active when the time is over. Its branch begins with a step that waits: it is
-//! joined when the storing step ends first, and followed by the step with the action (N) when the time is over and
+//! DS stores the action only if its step is still active when the time ends. Its branch begins with a waiting step.
+//! This is cleared if the storing step ends first; it is followed by the step with the action (N) if the time ends and
 //! nothing ends the storing step in the same scan.
 //!
-//! Where a transition is reached with the branch there and without it, it becomes two that exclude each other by the
-//! branch's step flag. What cannot be rewritten so that every scan stays the same is refused, with the reason.
+//! A transition that can fire both with and without the branch is split into two, which the branch's step flag makes
+//! mutually exclusive. An action that cannot be rewritten without changing a scan is left as it is, with the reason.
 
 use super::coactive::{Analysis, Basis, steps_together};
 use super::expansion::named;
@@ -22,22 +22,22 @@ use rustc_hash::FxHashSet;
 use scanbound_nets::Bits;
 use std::collections::BTreeSet;
 
-/// What became of a stored action.
+/// The result of rewriting one stored action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rewriting {
-    /// The action.
+    /// The name of the stored action.
     pub action: String,
-    /// The qualifier that stored it.
+    /// The qualifier that stores it.
     pub qualifier: Qualifier,
-    /// The first step that stored it.
+    /// The name of the first step that stores it.
     pub step: String,
-    /// The line of the block there.
+    /// The line of the action block there, from 1.
     pub line: u32,
-    /// The steps that its branch has now, or why it is left as it was.
+    /// The names of its branch's steps, or the reason why it was not rewritten.
     pub branch: Result<Vec<String>, String>,
 }
 
-/// Whether the branch of an action is there, and where it stands.
+/// The state of an action's branch: absent, waiting (DS), or active.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 enum Branch {
     None,
@@ -45,13 +45,13 @@ enum Branch {
     On,
 }
 
-/// Rewrites all stored actions that can be.
+/// Rewrites all stored actions that can be rewritten. `budget` limits the number of markings that are searched.
 #[must_use]
 pub fn explicit(chart: &Chart, budget: usize) -> (Chart, Vec<Rewriting>) {
     explicit_beside(chart, &mut Taken::default(), budget)
 }
 
-/// The same, with new steps whose names are not taken.
+/// Like [`explicit`], but new steps avoid the names in `taken`, to which they are added.
 #[must_use]
 pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Chart, Vec<Rewriting>) {
     for step in &chart.steps {
@@ -61,7 +61,7 @@ pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Char
     chart.macros.iter().for_each(|one| taken.add(&one.name));
     let mut told = Vec::new();
     let mut now = chart.clone();
-    // Which steps are active together does not change: every rewriting leaves the steps what they are in every scan.
+    // Rewriting does not change which steps are active together, so this is computed once.
     let mut together = None;
     for action in chart.actions().into_iter().filter(|action| action != COMPUTED) {
         let stored = chart.blocks_of(&action).find(|(_, block)| block.qualifier.is_stored());
@@ -81,7 +81,7 @@ pub fn explicit_beside(chart: &Chart, taken: &mut Taken, budget: usize) -> (Char
     (now, told)
 }
 
-/// How an action is stored, once it is known that its storing can be rewritten.
+/// How an action is stored, once it is known that it can be rewritten.
 struct Plan {
     set: Vec<usize>,
     reset: Vec<usize>,
@@ -92,7 +92,7 @@ struct Plan {
 }
 
 impl Plan {
-    /// What a transition makes of the branch.
+    /// The state of the branch after the transition fires.
     fn next(&self, one: &Transition, branch: Branch) -> Branch {
         let enters = |steps: &[usize]| one.to.iter().any(|step| steps.contains(step));
         let leaves = one.from.iter().any(|step| self.set.contains(step));
@@ -110,13 +110,13 @@ impl Plan {
     }
 }
 
-/// The blocks of an action that is stored, once nothing of themselves keeps it from being rewritten.
+/// The action blocks of a stored action, if their own properties allow it to be rewritten.
 struct Stores<'c> {
     blocks: Vec<(usize, &'c Block)>,
     set: Vec<usize>,
     reset: Vec<usize>,
     qualifier: Qualifier,
-    /// The first block that stores it.
+    /// The first action block that stores it.
     first: &'c Block,
 }
 
@@ -129,7 +129,7 @@ impl<'c> Stores<'c> {
         };
         let (set, reset) = (that(Qualifier::is_stored), that(|kind| kind == Qualifier::R));
         if reset.is_empty() {
-            // Its branch would never end, and hold on what others reset.
+            // The branch would never end, and would keep the action on after code outside the chart resets it.
             return Err("no step of this chart resets it".to_owned());
         }
         let stored = || blocks.iter().map(|(_, block)| *block);
@@ -143,7 +143,7 @@ impl<'c> Stores<'c> {
             return Err("its time is no constant".to_owned());
         }
         if qualifier == Qualifier::Ds && first.constant_time().is_some_and(|time| time <= 0) {
-            // Without a delay it is stored at once.
+            // Without a delay, DS stores at once.
             qualifier = Qualifier::S;
         }
         if let Some(step) = set.iter().map(|&step| &chart.steps[step]).find(|step| step.initial) {
@@ -158,7 +158,7 @@ impl<'c> Stores<'c> {
         Ok(Stores { blocks, set, reset, qualifier, first })
     }
 
-    /// How it is stored, unless steps stand in its way that can be active together.
+    /// The plan, unless steps that store or reset it conflict because they can be active together.
     fn plan(self, chart: &Chart, analysis: &Analysis) -> Result<Plan, String> {
         match analysis.basis {
             Basis::Markings(_) => {}
@@ -189,7 +189,7 @@ impl<'c> Stores<'c> {
             if !block.qualifier.is_stored()
                 && !matches!(block.qualifier, Qualifier::R | Qualifier::P0 | Qualifier::P1)
             {
-                meet(&[step], &reset, "the one has the action, and the other holds it off")?;
+                meet(&[step], &reset, "one runs the action, and the other resets it")?;
             }
         }
         Ok(Plan {
@@ -203,7 +203,7 @@ impl<'c> Stores<'c> {
     }
 }
 
-/// The qualifier with a time that the branch of a stored action gets.
+/// The timed qualifier of the branch's step; `None` if it has no time.
 fn made(qualifier: Qualifier) -> Option<Qualifier> {
     match qualifier {
         Qualifier::Sd => Some(Qualifier::D),
@@ -212,7 +212,7 @@ fn made(qualifier: Qualifier) -> Option<Qualifier> {
     }
 }
 
-/// In which states of the branch each transition can clear, under any order of clearing.
+/// For each transition, the states of the branch in which it can fire, under any firing order.
 fn occurring(chart: &Chart, plan: &Plan, budget: usize) -> Result<Vec<BTreeSet<Branch>>, String> {
     let net = chart.net();
     let firing = net.enabled_index();
@@ -298,7 +298,7 @@ fn rewrite(
             match place(state) {
                 Some((step, _)) => variant.from.push(*step),
                 None if states.len() > 1 => {
-                    // Without the branch: none of its steps is active.
+                    // No branch: none of its steps is active.
                     let others = states.iter().filter_map(|&other| place(other));
                     for (_, name) in others {
                         variant.condition = variant.condition.and(flag(name).not());
@@ -339,7 +339,7 @@ fn rewrite(
     Ok((next, branch))
 }
 
-/// A name that occurs once stays with one of the transitions that a named one became.
+/// Keeps names unique: the variants of a named transition get suffixes, except one.
 fn rename(variant: &mut Transition, changing: &[Branch], staying: &[Branch], state: Branch) {
     if let Some(name) = &mut variant.name
         && (changing.len() > 1 || !staying.is_empty())
@@ -348,7 +348,8 @@ fn rename(variant: &mut Transition, changing: &[Branch], staying: &[Branch], sta
     }
 }
 
-/// The transition from waiting to storing: when the time is over and nothing ends the storing step in the same scan.
+/// The transition from the waiting step to the step with the action. It fires if the time has ended and nothing ends
+/// the storing step in the same scan.
 fn over(
     chart: &Chart,
     plan: &Plan,
@@ -382,7 +383,7 @@ fn over(
             clears = flag(&chart.steps[step].name).and(clears);
         }
         if plan.set.len() > 1 {
-            // The branch does not tell which of the storing steps it waits with.
+            // The branch does not show which of the storing steps is active.
             for &step in one.from.iter().filter(|step| plan.set.contains(step)) {
                 clears = flag(&chart.steps[step].name).and(clears);
             }
@@ -400,12 +401,12 @@ fn over(
     })
 }
 
-/// An action's name as a step's can be.
+/// An action's name as a valid name of a step.
 fn plain(action: &str) -> String {
     action.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect()
 }
 
-/// Refuses to add to a condition, or to ask for it elsewhere, that has no form in text.
+/// Rejects a transition whose condition would be extended or repeated elsewhere but cannot be written as text.
 fn in_text(chart: &Chart, at: usize) -> Result<(), String> {
     let one = &chart.transitions[at];
     match show::formless(&one.condition) {

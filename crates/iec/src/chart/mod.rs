@@ -1,4 +1,4 @@
-//! Sequential function charts: steps, transitions, actions, and what follows from how they hang together.
+//! Sequential function charts: steps, transitions and actions, and analyses of their structure.
 
 pub mod apart;
 pub mod coactive;
@@ -17,42 +17,42 @@ use crate::show;
 use scanbound_nets::Net;
 use std::collections::BTreeSet;
 
-/// The action that executes the blocks of drawn conditions, as Beremiz and OpenPLC name it: the first step stores it.
+/// The action that executes the blocks in drawn conditions, as Beremiz and OpenPLC name it. The initial step stores it.
 pub const COMPUTED: &str = "COMPUTE_FUNCTION_BLOCKS";
 
-/// What comes in at one input of an action's control.
+/// One input of an action's control block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Feed {
-    /// The qualifier.
+    /// The qualifier of the input.
     pub qualifier: Qualifier,
-    /// Its time.
+    /// The time of the input, if it has one.
     pub time: Option<Expr>,
-    /// The steps of which one has to be active.
+    /// The steps that feed it: the input is true while any of them is active.
     pub steps: Vec<usize>,
 }
 
 impl Chart {
-    /// The step of this name.
+    /// The index of the step of this name, ignoring case.
     #[must_use]
     pub fn step(&self, name: &str) -> Option<usize> {
         self.steps.iter().position(|step| same(&step.name, name))
     }
 
-    /// The steps of which one has to be active for the flag of this name to be true: the step of this name, or those
-    /// that stand in the place of a macro step.
+    /// The steps for which the flag `name.X` is true while any of them is active: the step itself, or all steps of a
+    /// macro step. `None` if there is neither.
     #[must_use]
     pub fn flagged(&self, name: &str) -> Option<Vec<usize>> {
         let own = self.macros.iter().find(|one| same(&one.name, name));
         self.step(name).map(|step| vec![step]).or_else(|| own.map(|one| one.steps.clone()))
     }
 
-    /// The steps that are active at first.
+    /// The initial steps.
     #[must_use]
     pub fn initial(&self) -> Vec<usize> {
         (0..self.steps.len()).filter(|&step| self.steps[step].initial).collect()
     }
 
-    /// Whether transitions compete for a step of which one has no priority.
+    /// Whether any two transitions compete ([`Chart::compete`]).
     #[must_use]
     pub fn competes(&self) -> bool {
         let mut pairs =
@@ -60,7 +60,7 @@ impl Chart {
         pairs.any(|(at, other)| self.compete(at, other))
     }
 
-    /// Whether two transitions compete for a step, and one of them has no priority.
+    /// Whether two transitions share a preceding step and not both of them have a priority.
     #[must_use]
     pub fn compete(&self, one: usize, other: usize) -> bool {
         let (one, other) = (&self.transitions[one], &self.transitions[other]);
@@ -68,8 +68,8 @@ impl Chart {
             && one.from.iter().any(|step| other.from.contains(step))
     }
 
-    /// Its Petri net where all of competing transitions clear that are true, but for those that all have priorities.
-    /// `never_both`: whether the conditions of two transitions are never true together.
+    /// Its Petri net on a controller where competing transitions that are true all fire, except where all of them have
+    /// priorities. `never_both` tells whether the conditions of two transitions are never true together.
     #[must_use]
     pub fn net_of_all(&self, never_both: &dyn Fn(usize, usize) -> bool) -> Net {
         let mut net = self.net_of_any();
@@ -85,8 +85,9 @@ impl Chart {
         net
     }
 
-    /// Its Petri net on any controller: some end a step at once when a transition with a priority clears (matiec).
-    /// Conditions behind it see the step as off, but for those of transitions that would need one of its steps, too.
+    /// Its Petri net, valid on every controller. Some (matiec) clear a step's flag at once when a transition with a
+    /// priority fires, so later conditions see the step as inactive. Inhibitors that this would invalidate are left
+    /// out.
     #[must_use]
     pub fn net_of_any(&self) -> Net {
         let mut net = self.net();
@@ -100,7 +101,8 @@ impl Chart {
         net
     }
 
-    /// Its Petri net: a place a step. What a condition asks of step flags in any case, its transition asks of the net.
+    /// Its Petri net, with a place for each step. Step flags that a condition requires become tests and inhibitors of
+    /// its transition.
     #[must_use]
     pub fn net(&self) -> Net {
         let transitions = self.transitions.iter().map(|transition| {
@@ -119,7 +121,7 @@ impl Chart {
         }
     }
 
-    /// The step flags that a condition has among the parts that it joins by AND.
+    /// Adds the step flags that a condition requires, as operands joined by AND, to a transition of the net.
     fn flags(&self, condition: &Expr, one: &mut scanbound_nets::Transition) {
         let flag = |expr: &Expr| {
             let Expr::Variable(path) = expr else { return None };
@@ -132,14 +134,14 @@ impl Chart {
                 self.flags(right, one);
             }
             Expr::Not(inner) => one.inhibitors.extend(flag(inner).unwrap_or_default()),
-            // One of several steps is nothing that the net can ask.
+            // The net cannot test whether any of several steps is active.
             other => {
                 one.tested.extend(flag(other).filter(|steps| steps.len() == 1).unwrap_or_default())
             }
         }
     }
 
-    /// The names of the actions that its blocks control, in the order in which they first occur.
+    /// The names of all actions in action blocks, in the order of their first occurrence.
     #[must_use]
     pub fn actions(&self) -> Vec<String> {
         let blocks = self.steps.iter().flat_map(|step| &step.blocks);
@@ -150,15 +152,14 @@ impl Chart {
             .collect()
     }
 
-    /// The blocks of an action, each with its step.
+    /// The action blocks of an action, with the index of their step.
     pub fn blocks_of<'a>(&'a self, action: &'a str) -> impl Iterator<Item = (usize, &'a Block)> {
         let all = self.steps.iter().enumerate();
         all.flat_map(|(at, step)| step.blocks.iter().map(move |block| (at, block)))
             .filter(move |(_, block)| block.target.is_named(action))
     }
 
-    /// What feeds the control of an action: the steps of blocks with the same qualifier and the same time come in
-    /// together, as the standard's block has one input for each qualifier.
+    /// The inputs of an action's control block. Action blocks with the same qualifier and time share one input.
     #[must_use]
     pub fn inputs_of(&self, action: &str) -> Vec<Feed> {
         let mut found: Vec<Feed> = Vec::new();
@@ -177,7 +178,7 @@ impl Chart {
         found
     }
 
-    /// What a transition is called: its name, or from where to where it leads.
+    /// The name of a transition for messages: its own, or `from -> to`.
     #[must_use]
     pub fn transition_name(&self, transition: usize) -> String {
         let Transition { name, from, to, .. } = &self.transitions[transition];

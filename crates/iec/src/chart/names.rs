@@ -1,15 +1,16 @@
-//! The names that a new step of a chart must not take.
+//! Names that are in use, so that new steps of a chart get other ones.
 
 use super::Target;
 use crate::{Pou, Project, TypeRef};
 use std::collections::BTreeSet;
 
-/// Names that are taken, whether they are written in upper or lower case.
+/// A set of names in use, ignoring case.
 #[derive(Debug, Clone, Default)]
 pub struct Taken(BTreeSet<String>);
 
 impl Taken {
-    /// Those that a unit gives: to variables, actions, transitions, methods and steps.
+    /// The names that a unit declares or uses: its own, and those of its variables, actions, transitions, methods,
+    /// steps and action blocks.
     #[must_use]
     pub fn of(pou: &Pou) -> Taken {
         let mut taken = Taken::default();
@@ -17,7 +18,7 @@ impl Taken {
         taken
     }
 
-    /// Those, and the names of types, units and global variables.
+    /// The names of [`Taken::of`], and those of the project's types, enumeration values, units and global variables.
     #[must_use]
     pub fn around(project: &Project, pou: &Pou) -> Taken {
         let mut taken = Taken::of(pou);
@@ -43,7 +44,7 @@ impl Taken {
             for step in &chart.steps {
                 self.add(&step.name);
                 for block in &step.blocks {
-                    // Also a name that nothing declares may be a variable's.
+                    // An undeclared name may be that of a variable.
                     match &block.target {
                         Target::Path(path) => self.add(&path.first),
                         Target::Inline(name, _) => self.add(name),
@@ -57,12 +58,12 @@ impl Taken {
         }
     }
 
-    /// Takes a name.
+    /// Marks a name as used.
     pub fn add(&mut self, name: &str) {
         self.0.insert(name.to_ascii_lowercase());
     }
 
-    /// Takes a free name: the wanted one, else that with a number.
+    /// Returns an unused name and marks it as used: `wanted`, or `wanted` with a number from 2 on.
     pub fn free(&mut self, wanted: &str) -> String {
         let mut name = wanted.to_owned();
         let mut number = 2;

@@ -1,5 +1,5 @@
-//! Charts without macro steps: the steps in them get names of their own, `M1_S3` for `M1.S3`, and what asks for them is
-//! changed with them, so that any tool reads what is written.
+//! Replaces macro steps for tools that do not know them: their steps get plain names, `M1_S3` for `M1.S3`, and
+//! references to them are changed.
 
 use super::expansion::{bodies, named};
 use super::names::Taken;
@@ -7,15 +7,15 @@ use super::{Chart, Step, Target};
 use crate::ast::{Expr, Path, paths_of};
 use crate::{Body, Pou, same, show};
 
-/// The unit with its macro steps replaced, if it has any.
+/// The unit with its macro steps replaced; `None` if it has none.
 ///
 /// # Errors
-/// What cannot be said without them, in words.
+/// The reason why a reference cannot be expressed without macro steps.
 pub fn plain(pou: &Pou) -> Result<Option<Pou>, String> {
     plain_beside(pou, &mut Taken::of(pou))
 }
 
-/// The same, with names that are not taken.
+/// Like [`plain`], but new names avoid those in `taken`, to which they are added.
 ///
 /// # Errors
 /// As with [`plain`].
@@ -45,12 +45,12 @@ pub fn plain_beside(pou: &Pou, taken: &mut Taken) -> Result<Option<Pou>, String>
     wrong.map_or(Ok(Some(pou)), Err)
 }
 
-/// What the steps of a chart are called now.
+/// The new names of a chart's steps.
 struct Names {
     line: (u32, Option<(usize, usize)>),
-    /// Full names of steps in macro steps, and their new names.
+    /// The full name and the new name of each step.
     steps: Vec<(String, String)>,
-    /// Macro steps, and the new names of the steps in their places.
+    /// The macro steps, each with the new names of its steps.
     macros: Vec<(String, Vec<String>)>,
 }
 
@@ -72,7 +72,8 @@ impl Names {
         }
     }
 
-    /// What asks for a step's flag or time asks for the step by its new name; a macro step's flag is one of its steps'.
+    /// Changes step flags and times to the new names. A macro step's flag becomes the OR of its steps' flags; a fault
+    /// for its time.
     fn replace(&self, expr: &mut Expr) -> Result<(), String> {
         let mut wrong = None;
         self.flags(expr);
@@ -86,7 +87,7 @@ impl Names {
                 *path = Path::name(now.clone()).with(last);
             } else if self.macros.iter().any(|(own, _)| same(own, &full)) {
                 let shown = show::path(path);
-                wrong.get_or_insert(format!("{shown} has no form without the macro step"));
+                wrong.get_or_insert(format!("{shown} cannot be written without the macro step"));
             }
         });
         wrong.map_or(Ok(()), Err)

@@ -1,59 +1,58 @@
-//! A chart as a tree of sequences, selections, parallels and loops, found by taking its net together step by step.
+//! Divides a chart into sequences, selections, parallels and loops by reducing its net.
 //!
-//! Each rule replaces a part of the net by one place or one transition that stands for it, and keeps the net's
-//! behaviour: a place between two transitions is taken into one transition, two places with a transition between into
-//! one place, two transitions between the same places become a selection, two places between the same transitions a
-//! parallel, and a transition from a place to itself a loop. A way into a step that nothing leads out of is a way out.
+//! Each rule replaces a part of the net by one place or transition and preserves the behaviour. A place between two
+//! transitions is merged into one transition; two places with a transition between them become one place. Two
+//! transitions between the same places become a selection, two places between the same transitions a parallel, and a
+//! transition from a place to itself a loop. A transition into a place that none leaves becomes an exit.
 //!
-//! What no rule applies to any more does not nest: then one way after the other is taken for a jump, that which leaves
-//! the least behind first, until the rest nests.
+//! If no rule applies and more than one element remains, the chart is not properly nested. Then transitions are treated
+//! as jumps, one at a time, until the rest can be reduced: each time the one whose removal leaves the smallest net.
 
 use super::Chart;
 use std::collections::BTreeMap;
 
-/// A part of a chart.
+/// A node of a chart's tree.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Part {
-    /// A step.
+    /// A step, by its index in the chart.
     Step(usize),
-    /// A transition.
+    /// A transition, by its index in the chart.
     Transition(usize),
-    /// Parts that follow each other.
+    /// Parts in sequence.
     Sequence(Vec<Part>),
-    /// Parts of which one is gone through.
+    /// Alternative branches, of which one is executed.
     Selection(Vec<Part>),
-    /// Parts that are gone through at the same time.
+    /// Branches that are executed at the same time.
     Parallel(Vec<Part>),
-    /// A part, and the way that leads from its end to its beginning.
+    /// The loop's body, and the part that leads from its end back to its start.
     Loop(Box<Part>, Box<Part>),
-    /// A part, and a way that leads from its end out of what nests: it ends in a jump, or in a step that nothing leads
-    /// out of.
+    /// A part, and a branch that leaves the nesting from its end: the branch ends in a jump or in a final step.
     Exit(Box<Part>, Box<Part>),
-    /// Parts that no way leads to from the others but those that do not nest.
+    /// Parts that could not be combined; they are connected only by jumps.
     Tangle(Vec<Part>),
 }
 
-/// The tree of a chart, and what stands across it.
+/// The tree of a chart and the jumps outside of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Outline {
     /// The tree.
     pub part: Part,
-    /// The transitions that break the nesting. Those out of one step end the ways out of the tree; those that join
-    /// steps of several branches are not in it.
+    /// The transitions treated as jumps. Those from one step end the exit branches of the tree; those that join several
+    /// branches are not in the tree.
     pub jumps: Vec<usize>,
-    /// How many of these lead back.
+    /// The number of jumps that lead back.
     pub returns: usize,
 }
 
 impl Outline {
-    /// How many selections, parallels and loops there are: a jump back is a loop.
+    /// The numbers of selections, parallels and loops. A jump back counts as a loop.
     #[must_use]
     pub fn count(&self) -> [usize; 3] {
         let [selections, parallels, loops] = self.part.count();
         [selections, parallels, loops + self.returns]
     }
 
-    /// Whether a transition is in the tree.
+    /// Whether the tree contains a transition.
     #[must_use]
     pub fn has(&self, transition: usize) -> bool {
         self.part.has(transition)
@@ -61,7 +60,7 @@ impl Outline {
 }
 
 impl Part {
-    /// Puts two parts behind each other.
+    /// The two parts in sequence.
     fn then(self, next: Part) -> Part {
         let mut all = match self {
             Part::Sequence(parts) => parts,
@@ -74,7 +73,7 @@ impl Part {
         Part::Sequence(all)
     }
 
-    /// The parts that it consists of.
+    /// The direct child parts.
     fn inner(&self) -> Vec<&Part> {
         match self {
             Part::Step(_) | Part::Transition(_) => Vec::new(),
@@ -86,7 +85,7 @@ impl Part {
         }
     }
 
-    /// How many selections, parallels and loops it has. Ways out of one part are a selection.
+    /// The numbers of selections, parallels and loops in it. Several exits of one part count as one selection.
     fn count(&self) -> [usize; 3] {
         let own = match self {
             Part::Selection(_) => [1, 0, 0],
@@ -95,7 +94,7 @@ impl Part {
             Part::Loop(..) => [0, 0, 1],
             _ => [0, 0, 0],
         };
-        // What leads out and what goes on behind it are ways of one selection.
+        // An exit and a selection after it belong to one selection.
         let is_one = |pair: &&[Part]| matches!(pair, [Part::Exit(..), Part::Selection(_)]);
         let twice = match self {
             Part::Sequence(parts) => parts.windows(2).filter(is_one).count(),
@@ -109,7 +108,7 @@ impl Part {
         [selections - twice, parallels, loops]
     }
 
-    /// The steps in it, in the order of flow.
+    /// The steps in it, in the order of the tree.
     #[must_use]
     pub fn steps(&self) -> Vec<usize> {
         match self {
@@ -118,7 +117,7 @@ impl Part {
         }
     }
 
-    /// How many steps stand in ways out.
+    /// The number of steps in exit branches.
     fn outside(&self) -> usize {
         match self {
             Part::Exit(body, way) => body.outside() + way.steps().len(),
@@ -126,7 +125,7 @@ impl Part {
         }
     }
 
-    /// The transitions at its end; none where it ends in a step.
+    /// The transitions at its end; empty if it ends in a step.
     #[must_use]
     pub fn last(&self) -> Vec<usize> {
         match self {
@@ -144,7 +143,7 @@ impl Part {
         }
     }
 
-    /// The transitions at the end of ways back.
+    /// Collects the last transitions of the parts that lead back in loops.
     fn returning(&self, into: &mut Vec<usize>) {
         if let Part::Loop(_, back) = self {
             into.extend(back.last());
@@ -160,7 +159,7 @@ struct Place {
 }
 
 impl Place {
-    /// Adds a way out.
+    /// Adds an exit branch.
     fn exit(&mut self, way: Part) {
         let body = std::mem::replace(&mut self.part, Part::Tangle(Vec::new()));
         self.part = Part::Exit(Box::new(body), Box::new(way));
@@ -180,10 +179,10 @@ struct Net {
     moves: Vec<Option<Move>>,
 }
 
-/// Up to how many ways each is tried as a jump, where a net does not nest.
+/// Up to this many transitions, each is tried as a jump if the net is not properly nested.
 const TRIED: usize = 60;
 
-/// The tree of a chart.
+/// Computes the tree of a chart.
 #[must_use]
 pub fn structure(chart: &Chart) -> Outline {
     let place = |(at, step): (usize, &super::Step)| {
@@ -210,7 +209,7 @@ pub fn structure(chart: &Chart) -> Outline {
     Outline { part, jumps, returns }
 }
 
-/// How far each step is from the start.
+/// The distance of each step from the initial steps, in transitions; `usize::MAX` if unreachable.
 fn levels(chart: &Chart) -> Vec<usize> {
     let mut levels = vec![usize::MAX; chart.steps.len()];
     let mut open = chart.initial();
@@ -231,7 +230,8 @@ fn levels(chart: &Chart) -> Vec<usize> {
     levels
 }
 
-/// How many of the jumps lead back: from where they lead to, other ways go on to where they come from.
+/// The number of jumps that lead back: their source can be reached from their target without using a jump or a loop's
+/// way back.
 fn returns(chart: &Chart, part: &Part, jumps: &[usize]) -> usize {
     let mut back = jumps.to_vec();
     part.returning(&mut back);
@@ -255,10 +255,10 @@ fn returns(chart: &Chart, part: &Part, jumps: &[usize]) -> usize {
     jumps.iter().filter(leads_back).count()
 }
 
-/// The transitions that put a token into a place, and those that take one.
+/// The transitions into a place, and those out of it.
 type Around = (Vec<usize>, Vec<usize>);
 
-/// A part, which another one takes the place of.
+/// Takes a part out and leaves an empty sequence.
 fn taken(part: &mut Part) -> Part {
     std::mem::replace(part, Part::Sequence(Vec::new()))
 }
@@ -279,7 +279,7 @@ fn many(
 }
 
 impl Net {
-    /// Takes together what nests.
+    /// Applies the rules until none applies.
     fn reduce(&mut self) {
         while self.select()
             || self.parallel()
@@ -290,30 +290,30 @@ impl Net {
         {}
     }
 
-    /// How many steps stand in ways out.
+    /// The number of steps in exit branches.
     fn outside(&self) -> usize {
         let places = self.places.iter().flatten().map(|place| place.part.outside());
         let moves = self.moves.iter().flatten().map(|one| one.part.outside());
         places.chain(moves).sum()
     }
 
-    /// How much is left.
+    /// The number of places and transitions that remain.
     fn size(&self) -> usize {
         self.places.iter().flatten().count() + self.moves.iter().flatten().count()
     }
 
-    /// The net with one of its ways taken for a jump, that which leaves the least behind, and the transitions that
-    /// jump; nothing if no way is left.
+    /// The net after one transition has been made a jump, and the transitions of that jump: the choice that leaves the
+    /// smallest net. `None` if no transition is left.
     fn broken(&self, levels: &[usize]) -> Option<(Net, Vec<usize>)> {
         let left = self.moves.iter().enumerate();
         let left = left.filter_map(|(at, one)| one.as_ref().map(|one| (at, one)));
-        // What was put behind a join that jumps has no level.
+        // Places added after a join that became a jump have no distance.
         let level = |place: &usize| levels.get(*place).copied().unwrap_or(usize::MAX);
         let is_back =
             |one: &Move| one.to.iter().map(level).max() <= one.from.iter().map(level).min();
         let mut ways: Vec<(bool, usize)> = left.map(|(at, one)| (!is_back(one), at)).collect();
         ways.sort_unstable();
-        // Of too many, some are taken unseen.
+        // If there are too many candidates, some become jumps without being tried.
         if ways.len() > TRIED {
             ways.truncate((ways.len() - TRIED).div_ceil(4));
             let mut jumps = Vec::new();
@@ -333,7 +333,7 @@ impl Net {
         all.min_by_key(|(net, jumps)| (net.size(), net.outside(), jumps.len()))
     }
 
-    /// Takes a way for a jump: the transitions that do.
+    /// Makes a transition of the net a jump; the chart's transitions that jump.
     fn drop_way(&mut self, way: usize) -> Vec<usize> {
         let Some(one) = self.moves[way].take() else { return Vec::new() };
         let jumps = one.part.last();
@@ -343,7 +343,7 @@ impl Net {
                     place.exit(part);
                 }
             }
-            // What stands behind a join stays, and leads out.
+            // The part after a join stays as a place with an exit.
             (_, Part::Sequence(mut parts)) if parts.len() > 2 => {
                 let last = parts.pop();
                 let first = parts.remove(0);
@@ -359,7 +359,7 @@ impl Net {
         jumps
     }
 
-    /// What stands around each place.
+    /// For each place, the transitions into and out of it.
     fn around(&self) -> Vec<Around> {
         let mut around = vec![Around::default(); self.places.len()];
         for (at, one) in self.moves.iter().enumerate() {
@@ -370,7 +370,7 @@ impl Net {
         around
     }
 
-    /// Transitions between the same places.
+    /// Merges transitions between the same places into selections.
     fn select(&mut self) -> bool {
         let mut known: BTreeMap<(Vec<usize>, Vec<usize>), usize> = BTreeMap::new();
         let mut changed = false;
@@ -393,7 +393,7 @@ impl Net {
         changed
     }
 
-    /// Places between the same transitions.
+    /// Merges places between the same transitions into parallels.
     fn parallel(&mut self) -> bool {
         let around = self.around();
         let mut known: BTreeMap<(&Around, bool), usize> = BTreeMap::new();
@@ -427,7 +427,8 @@ impl Net {
         changed
     }
 
-    /// Places that one transition leads into, alone, and another out of, alone.
+    /// Merges a place into one transition if it is the only output of a single transition and the only input of
+    /// another.
     fn pass(&mut self) -> bool {
         let mut around = self.around();
         let mut changed = false;
@@ -459,7 +460,7 @@ impl Net {
         changed
     }
 
-    /// Two places with a transition between them that is the only way out of the one and into the other.
+    /// Merges two places if the transition between them is the only one out of the first and into the second.
     fn follow(&mut self) -> bool {
         let around = self.around();
         for way in 0..self.moves.len() {
@@ -485,7 +486,7 @@ impl Net {
         false
     }
 
-    /// A transition from a place to itself.
+    /// Turns a transition from a place to itself into a loop.
     fn turn(&mut self) -> bool {
         for way in 0..self.moves.len() {
             let Some(one) = &self.moves[way] else { continue };
@@ -504,7 +505,7 @@ impl Net {
         false
     }
 
-    /// Ways into places that nothing leads out of.
+    /// Turns single transitions into final places into exits.
     fn end(&mut self) -> bool {
         let mut into: Vec<Vec<usize>> = vec![Vec::new(); self.places.len()];
         let mut leads_on = vec![false; self.places.len()];

@@ -1,11 +1,12 @@
-//! A chart as text again, as IEC 61131-3 writes it.
+//! Prints a chart in the textual form of IEC 61131-3.
 
 use super::{Chart, Target};
 use crate::show;
 use crate::{Body, Named};
 use std::fmt::Write;
 
-/// A chart and the actions that it names, indented.
+/// The text of a chart, with the actions that are given and those written in action blocks. Only actions with
+/// statements are printed.
 #[must_use]
 pub fn chart(chart: &Chart, actions: &[Named]) -> String {
     let mut text = String::new();

@@ -1,15 +1,15 @@
-//! What was found of a chart, in words.
+//! Descriptions of a chart's findings for messages.
 
 use super::coactive::Finding;
 use super::{Chart, Transition};
 
-/// The names of steps, apart by commas.
+/// The names of steps, separated by commas.
 #[must_use]
 pub fn steps(chart: &Chart, steps: &[usize]) -> String {
     steps.iter().map(|&step| chart.steps[step].name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// A way from the start, told by the transitions that clear.
+/// A path from the initial situation, described by the transitions that fire.
 #[must_use]
 pub fn way(chart: &Chart, path: &[usize]) -> String {
     if path.is_empty() {
@@ -34,7 +34,7 @@ pub fn way(chart: &Chart, path: &[usize]) -> String {
     format!("by {told}")
 }
 
-/// What is wrong.
+/// The message of a finding.
 #[must_use]
 pub fn finding(chart: &Chart, finding: &Finding) -> String {
     let name = |step: usize| &chart.steps[step].name;
@@ -45,11 +45,11 @@ pub fn finding(chart: &Chart, finding: &Finding) -> String {
         }
         Finding::NeverActive(step) => format!("step {} is never active", name(*step)),
         Finding::NeverClears(at) => format!(
-            "transition {} never clears: the steps in front of it are never active together",
+            "transition {} never clears: the steps before it are never active together",
             transition(*at)
         ),
         Finding::NeverTrue(at, flags) => format!(
-            "transition {} never clears: its condition asks for {} while the steps in front of it are active, which never is so",
+            "transition {} never clears: its condition requires {} while the steps before it are active, which never happens",
             transition(*at),
             asked(chart, flags)
         ),
@@ -57,7 +57,7 @@ pub fn finding(chart: &Chart, finding: &Finding) -> String {
             format!("no step is active any more, {}", way(chart, path))
         }
         Finding::Deadlock(dead, path) => format!(
-            "with {} active, nothing can clear any more, {}",
+            "with {} active, no transition can clear any more, {}",
             steps(chart, dead),
             way(chart, path)
         ),
@@ -68,7 +68,7 @@ pub fn finding(chart: &Chart, finding: &Finding) -> String {
     }
 }
 
-/// What a condition asks of step flags.
+/// The step flags that a condition requires, joined by AND.
 fn asked(chart: &Chart, flags: &[(usize, bool)]) -> String {
     let one = |&(step, is_asked): &(usize, bool)| {
         let not = if is_asked { "" } else { "NOT " };
@@ -77,7 +77,7 @@ fn asked(chart: &Chart, flags: &[(usize, bool)]) -> String {
     flags.iter().map(one).collect::<Vec<_>>().join(" AND ")
 }
 
-/// The steps that a finding is about, and the way that leads there.
+/// The steps that a finding concerns, and the path that leads to it, if it has one.
 #[must_use]
 pub fn concerns<'a>(chart: &Chart, finding: &'a Finding) -> (Vec<usize>, Option<&'a [usize]>) {
     match finding {
@@ -91,7 +91,7 @@ pub fn concerns<'a>(chart: &Chart, finding: &'a Finding) -> (Vec<usize>, Option<
     }
 }
 
-/// The line that a finding is about.
+/// The line of a finding, from 1.
 #[must_use]
 pub fn line(chart: &Chart, finding: &Finding) -> u32 {
     match finding {

@@ -1,4 +1,4 @@
-//! Charts in text: steps, transitions and actions.
+//! The parser of textual charts: steps, transitions and actions.
 
 use super::cursor::Cursor;
 use super::expression::expression;
@@ -12,12 +12,12 @@ use crate::lexer::Token;
 
 const ELEMENTS: &[&str] = &["INITIAL_STEP", "STEP", "TRANSITION"];
 
-/// Whether a chart begins here.
+/// Whether a chart begins at the cursor.
 pub(super) fn begins(cursor: &mut Cursor) -> bool {
     cursor.is_one_of(ELEMENTS) && matches!(cursor.second(), Token::Word(_) | Token::Sign("("))
 }
 
-/// Reads a chart and the actions that stand between its elements, which `action` reads.
+/// Parses a chart and the actions between its elements, for which it calls `action`.
 pub(super) fn chart(
     cursor: &mut Cursor,
     action: fn(&mut Cursor) -> Result<Named, Fault>,
@@ -72,7 +72,7 @@ fn block(cursor: &mut Cursor) -> Result<Block, Fault> {
             let at = cursor.line();
             let word = cursor.name("a qualifier")?;
             let unknown = || {
-                Fault::new(at, format!("'{word}' is no action qualifier"))
+                Fault::new(at, format!("'{word}' is not an action qualifier"))
                     .help("the qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL")
             };
             block.qualifier = Qualifier::named(&word).ok_or_else(unknown)?;
@@ -81,7 +81,7 @@ fn block(cursor: &mut Cursor) -> Result<Block, Fault> {
                 if block.qualifier.is_timed() {
                     block.time = Some(first);
                 }
-                // Indicator variables say where an action's end shows; they change nothing.
+                // Indicator variables only affect the display, so they are skipped.
                 while cursor.take_sign(",") {
                     expression(cursor)?;
                 }
@@ -126,7 +126,7 @@ fn transition(cursor: &mut Cursor) -> Result<DraftTransition, Fault> {
             _ => None,
         };
         if priority.is_none() {
-            return Err(Fault::new(line, "a priority is a number"));
+            return Err(Fault::new(line, "the priority must be a number"));
         }
         cursor.sign(")")?;
     }

@@ -1,13 +1,13 @@
-//! A place in a list of tokens.
+//! A position in a list of tokens, with operations to consume them.
 
 use crate::fault::{Fault, foreign};
 use crate::lexer::{Placed, Token, tokens};
 use crate::same;
 
-/// How deeply expressions and statements may stand in each other.
+/// The maximum nesting depth of expressions and statements.
 const DEPTH: u32 = 60;
 
-/// A place in a list of tokens. Ends of lines are skipped, unless they are asked for.
+/// A position in a list of tokens. Line ends are skipped, except by [`Cursor::is_line_end`].
 pub(super) struct Cursor {
     tokens: Vec<Placed>,
     at: usize,
@@ -25,7 +25,7 @@ impl Cursor {
         }
     }
 
-    /// Where it stands, to come back to.
+    /// The current position, for [`Cursor::back_to`].
     pub(super) fn place(&self) -> usize {
         self.at
     }
@@ -34,13 +34,13 @@ impl Cursor {
         self.at = place;
     }
 
-    /// The next token.
+    /// The next token, without consuming it.
     pub(super) fn peek(&mut self) -> &Token {
         self.skip_lines();
         &self.tokens[self.at].token
     }
 
-    /// The token behind the next.
+    /// The token after the next one.
     pub(super) fn second(&mut self) -> &Token {
         self.skip_lines();
         let rest = self.tokens[self.at + 1..].iter();
@@ -61,7 +61,7 @@ impl Cursor {
         token
     }
 
-    /// Whether nothing more stands in the line.
+    /// Whether the next token is a line end or the end of the text.
     pub(super) fn is_line_end(&self) -> bool {
         matches!(self.tokens[self.at].token, Token::Line | Token::End)
     }
@@ -82,7 +82,7 @@ impl Cursor {
         if self.take_sign(sign) { Ok(()) } else { Err(self.unexpected(&format!("'{sign}'"))) }
     }
 
-    /// Whether the next token is this word, in upper or lower case.
+    /// Whether the next token is this word, ignoring case.
     pub(super) fn is_word(&mut self, word: &str) -> bool {
         matches!(self.peek(), Token::Word(own) if same(own, word))
     }
@@ -103,14 +103,14 @@ impl Cursor {
         if self.take_word(word) { Ok(()) } else { Err(self.unexpected(word)) }
     }
 
-    /// A pragma that may be carried out.
+    /// Consumes a pragma that a controller may execute, and returns its text; `None` if the next token is another one.
     pub(super) fn take_pragma(&mut self) -> Option<String> {
         let Token::Pragma(text) = self.peek().clone() else { return None };
         self.next();
         Some(text)
     }
 
-    /// A name.
+    /// Consumes a name; a fault that `what` was expected if there is none.
     pub(super) fn name(&mut self, what: &str) -> Result<String, Fault> {
         match self.peek() {
             Token::Word(_) => match self.next() {
@@ -125,14 +125,14 @@ impl Cursor {
         if *self.peek() == Token::End { Ok(()) } else { Err(self.unexpected("the end")) }
     }
 
-    /// Runs something one level deeper.
+    /// Runs `inner` one nesting level deeper; a fault if the depth limit is exceeded.
     pub(super) fn deeper<T>(
         &mut self,
         inner: impl FnOnce(&mut Cursor) -> Result<T, Fault>,
     ) -> Result<T, Fault> {
         if self.depth >= DEPTH {
             let line = self.line();
-            return Err(Fault::new(line, format!("more than {DEPTH} levels stand in each other")));
+            return Err(Fault::new(line, format!("more than {DEPTH} levels are nested")));
         }
         self.depth += 1;
         let found = inner(self);
@@ -140,12 +140,12 @@ impl Cursor {
         found
     }
 
-    /// The fault that something else stands here.
+    /// The fault that `what` was expected instead of the next token.
     pub(super) fn unexpected(&mut self, what: &str) -> Fault {
         let line = self.line();
         let found = match self.peek() {
             Token::Pragma(text) => {
-                let help = "only between statements it can be stated what a pragma does: take it out of a copy of the file if it does nothing";
+                let help = "facts can state the effect of a pragma only between statements: take it out of a copy of the file if it does nothing";
                 return foreign(text, line).help(help);
             }
             Token::Word(text) | Token::Number(text) | Token::Direct(text) => format!("'{text}'"),
@@ -153,6 +153,6 @@ impl Cursor {
             Token::Sign(sign) => format!("'{sign}'"),
             Token::Line | Token::End => "the end".to_owned(),
         };
-        Fault::new(line, format!("{what} was expected, and {found} stands there"))
+        Fault::new(line, format!("{what} was expected, but {found} was found"))
     }
 }

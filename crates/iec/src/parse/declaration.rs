@@ -1,4 +1,4 @@
-//! Declarations of variables and types.
+//! The parser of declarations of variables and types.
 
 use super::cursor::Cursor;
 use super::expression::{arguments, expression};
@@ -7,7 +7,7 @@ use crate::fault::Fault;
 use crate::lexer::Token;
 use crate::{Section, TypeDeclaration, TypeRef, Variable, same};
 
-/// The section that begins here; its word is taken.
+/// Consumes the keyword of a section, such as `VAR_INPUT`; `None` if there is none at the cursor.
 pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
     let Token::Word(word) = cursor.peek() else { return None };
     let section = match word.to_ascii_uppercase().as_str() {
@@ -26,10 +26,10 @@ pub(super) fn section(cursor: &mut Cursor) -> Option<Section> {
     Some(section)
 }
 
-/// Who may name what is declared.
+/// Access modifiers of sections.
 const ACCESS: &[&str] = &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"];
 
-/// The variables of a section, up to its END_VAR.
+/// Parses the variables of a section up to END_VAR, which is consumed.
 pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Variable>, Fault> {
     let (mut constant, mut retain) = (false, false);
     loop {
@@ -39,7 +39,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
             retain = true;
         } else if cursor.take_word("NON_RETAIN") {
         } else if cursor.is_one_of(ACCESS) && matches!(cursor.second(), Token::Word(_)) {
-            // Who may name them, which changes nothing that is carried out.
+            // Access modifiers do not affect execution.
             cursor.next();
         } else {
             break;
@@ -60,7 +60,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
         let of = cursor.deeper(type_ref)?;
         let edge = edge(cursor);
         let initial = if cursor.is_sign("(") {
-            // What its method FB_Init is handed.
+            // The arguments of the instance's method FB_Init.
             Some(Expr::List(Listing::Parts, cursor.deeper(arguments)?))
         } else if cursor.take_sign(":=") || refers(cursor) {
             Some(cursor.deeper(initial)?)
@@ -85,7 +85,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
     Ok(found)
 }
 
-/// Whether `REF=` comes next; it is taken.
+/// Consumes `REF=`; whether it was there.
 fn refers(cursor: &mut Cursor) -> bool {
     let is = cursor.is_word("REF") && matches!(cursor.second(), Token::Sign("="));
     if is {
@@ -100,12 +100,12 @@ fn direct(cursor: &mut Cursor) -> Result<String, Fault> {
         Token::Direct(text) => Ok(text.to_ascii_uppercase()),
         _ => {
             let line = cursor.line();
-            Err(Fault::new(line, "behind AT a direct address such as %IX0.1 was expected"))
+            Err(Fault::new(line, "after AT a direct address such as %IX0.1 was expected"))
         }
     }
 }
 
-/// What a variable holds at first. What stands in brackets for arrays and structures is taken as it is.
+/// Parses an initial value. A list that cannot be read becomes [`Listing::Unread`] with the calls that it may contain.
 fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
     let place = cursor.place();
     if let Some(listed) = listed(cursor) {
@@ -116,7 +116,7 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
         let close = if cursor.is_sign("[") { "]" } else { ")" };
         let open = if close == "]" { "[" } else { "(" };
         let mut depth = 0_u32;
-        // What may be called in it: `3(0)` repeats a value, `G(0)` does not.
+        // The calls that the list may contain: `G(0)` is one, the repetition `3(0)` is not.
         let mut calls = Vec::new();
         loop {
             if *cursor.peek() == Token::End {
@@ -155,7 +155,8 @@ fn initial(cursor: &mut Cursor) -> Result<Expr, Fault> {
     expression(cursor)
 }
 
-/// Values of elements, or of named parts, one by one.
+/// Parses a list of elements, or of fields by name. `None` if it has another form or is too long; the cursor may then
+/// have moved.
 fn listed(cursor: &mut Cursor) -> Option<Expr> {
     let is_parts = cursor.is_sign("(") && is_enumeration(cursor);
     if is_parts && !names_parts(cursor) || !is_parts && !cursor.is_sign("[") {
@@ -186,10 +187,10 @@ fn listed(cursor: &mut Cursor) -> Option<Expr> {
     Some(Expr::List(if is_parts { Listing::Parts } else { Listing::Elements }, found))
 }
 
-/// More values than this are not listed one by one.
+/// The maximum number of values that a list is expanded to.
 pub(crate) const MAX_LISTED: usize = 20_000;
 
-/// How many values an initial value lists, itself included.
+/// The number of values in an initial value: the value itself and all values nested in it.
 pub(crate) fn values_in(value: &Expr) -> usize {
     match value {
         Expr::Call(_, given) | Expr::List(_, given) => {
@@ -199,7 +200,8 @@ pub(crate) fn values_in(value: &Expr) -> usize {
     }
 }
 
-/// How often the value that comes next is repeated: `3(` is taken where it is more than once.
+/// Consumes the start of a repetition, such as `3(`, and returns its count; 1 without consuming anything if there is
+/// none.
 fn repeated(cursor: &mut Cursor) -> usize {
     let place = cursor.place();
     if let Token::Number(written) = cursor.next()
@@ -212,7 +214,7 @@ fn repeated(cursor: &mut Cursor) -> usize {
     1
 }
 
-/// Whether a name and its value stand in the bracket that comes next.
+/// Whether the brackets at the cursor begin with a field's name and `:=`.
 fn names_parts(cursor: &mut Cursor) -> bool {
     let place = cursor.place();
     cursor.next();
@@ -221,7 +223,7 @@ fn names_parts(cursor: &mut Cursor) -> bool {
     is
 }
 
-/// A type.
+/// Parses a type.
 pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
     if cursor.take_word("ARRAY") {
         cursor.sign("[")?;
@@ -269,7 +271,7 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
             }
         }
         cursor.sign(")")?;
-        // CODESYS: the type of the numbers stands behind.
+        // CODESYS writes the base type after the values.
         let base = cursor.is_one_of(NUMBERS).then(|| cursor.name("a type")).transpose()?;
         return Ok(TypeRef::Enumeration(values, base.map(|base| Box::new(TypeRef::Named(base)))));
     }
@@ -298,7 +300,7 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
         }
         return Ok(TypeRef::Text(length));
     }
-    // Named values with the type of their numbers in front.
+    // An enumeration whose base type stands in front of its values.
     if cursor.is_sign("(") && is_enumeration(cursor) {
         if !NUMBERS.iter().any(|number| same(number, &name)) {
             return Ok(TypeRef::Named(name));
@@ -310,7 +312,7 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
             other => Ok(other),
         };
     }
-    // A range of numbers, which a variable may leave at run time.
+    // A subrange. Its limits are not enforced at run time.
     if cursor.is_sign("(") {
         cursor.next();
         let least = expression(cursor)?;
@@ -324,13 +326,13 @@ pub(super) fn type_ref(cursor: &mut Cursor) -> Result<TypeRef, Fault> {
     Ok(TypeRef::Named(name))
 }
 
-/// The types that the values of an enumeration can have.
+/// The possible base types of enumerations.
 const NUMBERS: &[&str] = &[
     "SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT", "ULINT", "BYTE", "WORD", "DWORD",
     "LWORD",
 ];
 
-/// Whether named values stand in the bracket that comes next, and no range or length.
+/// Whether the brackets at the cursor hold named values, not a range or a length.
 fn is_enumeration(cursor: &mut Cursor) -> bool {
     let place = cursor.place();
     let is = cursor.take_sign("(")
@@ -340,13 +342,13 @@ fn is_enumeration(cursor: &mut Cursor) -> bool {
     is
 }
 
-/// The variable that remembers an input of which only edges count.
+/// The name of the trigger instance for an input declared R_EDGE or F_EDGE.
 #[must_use]
 pub(super) fn edge_memory(name: &str) -> String {
     format!("{name}.edge")
 }
 
-/// The block that remembers an input of which only edges count, if the next word says so.
+/// Consumes R_EDGE or F_EDGE and returns the type of the trigger instance; `None` if neither is at the cursor.
 fn edge(cursor: &mut Cursor) -> Option<TypeRef> {
     let of = match (cursor.take_word("R_EDGE"), cursor.take_word("F_EDGE")) {
         (true, _) => "R_TRIG",
@@ -356,7 +358,7 @@ fn edge(cursor: &mut Cursor) -> Option<TypeRef> {
     Some(TypeRef::Named(of.to_owned()))
 }
 
-/// The declarations between TYPE and END_TYPE; the first word is taken already.
+/// Parses the declarations between TYPE, already consumed, and END_TYPE.
 pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> {
     let mut found = Vec::new();
     while !cursor.take_word("END_TYPE") {
@@ -375,7 +377,7 @@ pub(super) fn types(cursor: &mut Cursor) -> Result<Vec<TypeDeclaration>, Fault> 
     Ok(found)
 }
 
-/// A task's properties in brackets: interval in nanoseconds, priority.
+/// Parses the properties of a task in brackets: the interval in nanoseconds and the priority, if stated.
 pub(super) fn task(cursor: &mut Cursor) -> Result<(Option<i64>, Option<String>), Fault> {
     let (mut interval, mut priority) = (None, None);
     for Argument { name, value, .. } in super::expression::arguments(cursor)? {

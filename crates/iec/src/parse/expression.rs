@@ -1,4 +1,4 @@
-//! Expressions and literals.
+//! The parser of expressions and literals.
 
 use super::cursor::Cursor;
 use crate::ast::{Argument, Expr, Literal, Operator, Part, Path};
@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::lexer::Token;
 use crate::same;
 
-/// Reads an expression.
+/// Parses an expression.
 pub(super) fn expression(cursor: &mut Cursor) -> Result<Expr, Fault> {
     binary(cursor, 0)
 }
@@ -41,10 +41,10 @@ fn operator(cursor: &mut Cursor) -> Option<Operator> {
     })
 }
 
-/// So many operands may follow each other without brackets, unless they are joined by AND, OR or XOR.
+/// The maximum number of operands in a chain without brackets; chains of AND, OR and XOR may be longer.
 const MAX_IN_A_ROW: usize = 200;
 
-/// From so many on, operands of AND, OR and XOR are joined by halves.
+/// From this many operands on, a chain of AND, OR or XOR becomes a balanced tree.
 const MANY: usize = 16;
 
 fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
@@ -63,7 +63,7 @@ fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
         }
         row += all.len();
         if row > MAX_IN_A_ROW {
-            let told = format!("more than {MAX_IN_A_ROW} operands follow each other");
+            let told = format!("more than {MAX_IN_A_ROW} operands are in one chain");
             let help = "assign a part of them to a variable of its own";
             return Err(Fault::new(line, told).help(help));
         }
@@ -73,7 +73,7 @@ fn binary(cursor: &mut Cursor, least: u8) -> Result<Expr, Fault> {
     Ok(left)
 }
 
-/// Many operands that one operator joins, the left half with the right one: no deeper than need be.
+/// Joins the operands of an associative operator as a balanced tree, to limit its depth.
 fn by_halves(operator: Operator, mut all: Vec<Expr>) -> Expr {
     match all.len() {
         0 => Expr::Literal(Literal::Bool(false)),
@@ -86,7 +86,8 @@ fn by_halves(operator: Operator, mut all: Vec<Expr>) -> Expr {
     }
 }
 
-/// Whether it does not matter with what else an operand is grouped: a constant takes its type from what is beside it.
+/// Whether an operand's type does not depend on how it is grouped. A constant does not qualify, because it takes its
+/// type from the operand beside it.
 fn can_be_grouped(one: &Expr) -> bool {
     match one {
         Expr::Variable(_) | Expr::Literal(Literal::Bool(_)) => true,
@@ -99,7 +100,7 @@ fn can_be_grouped(one: &Expr) -> bool {
     }
 }
 
-/// An operand: no operator but a sign or NOT, unless in brackets.
+/// Parses an operand: a sign or NOT may precede it, other operators only occur in brackets.
 pub(super) fn unary(cursor: &mut Cursor) -> Result<Expr, Fault> {
     if cursor.take_word("NOT") {
         return Ok(Expr::Not(Box::new(cursor.deeper(unary)?)));
@@ -145,7 +146,7 @@ fn primary(cursor: &mut Cursor) -> Result<Expr, Fault> {
             cursor.next();
             Ok(Expr::bool(same(&word, "TRUE")))
         }
-        // Operators are functions, too: AND(a, b).
+        // Operators may be called as functions: AND(a, b).
         Token::Word(word) if is_operator(&word) && matches!(cursor.second(), Token::Sign("(")) => {
             cursor.next();
             Ok(Expr::Call(Path::name(word), arguments(cursor)?))
@@ -166,7 +167,7 @@ fn is_operator(word: &str) -> bool {
     ["AND", "OR", "XOR", "MOD"].iter().any(|operator| same(operator, word))
 }
 
-/// A variable and its parts.
+/// Parses the path of a variable, or an enumeration value `Type#Value`.
 pub(super) fn path(cursor: &mut Cursor) -> Result<Path, Fault> {
     let mut path = match cursor.peek().clone() {
         Token::Direct(text) => {
@@ -176,7 +177,7 @@ pub(super) fn path(cursor: &mut Cursor) -> Result<Path, Fault> {
         _ => Path::name(cursor.name("a variable")?),
     };
     if cursor.is_sign("#") {
-        // The value of an enumeration with its type in front.
+        // An enumeration value with its type in front.
         cursor.next();
         path.first = format!("{}#{}", path.first, cursor.name("a value's name")?);
         return Ok(path);
@@ -188,7 +189,9 @@ pub(super) fn path(cursor: &mut Cursor) -> Result<Path, Fault> {
                 Token::Word(name) => Part::Name(name),
                 Token::Direct(text) => bit(text.trim_start_matches(['%', 'X', 'x']), line)?,
                 Token::Number(text) => bit(&text, line)?,
-                _ => return Err(Fault::new(line, "behind a dot the name of a part was expected")),
+                _ => {
+                    return Err(Fault::new(line, "after the dot the name of a field was expected"));
+                }
             };
             path.rest.push(part);
         } else if cursor.take_sign("[") {
@@ -208,10 +211,10 @@ pub(super) fn path(cursor: &mut Cursor) -> Result<Path, Fault> {
 
 fn bit(text: &str, line: u32) -> Result<Part, Fault> {
     let number = text.parse().ok().filter(|&bit: &u8| bit < 64);
-    number.map(Part::Bit).ok_or_else(|| Fault::new(line, format!("'{text}' is no number of a bit")))
+    number.map(Part::Bit).ok_or_else(|| Fault::new(line, format!("'{text}' is not a bit number")))
 }
 
-/// Arguments in brackets.
+/// Parses arguments in brackets.
 pub(super) fn arguments(cursor: &mut Cursor) -> Result<Vec<Argument>, Fault> {
     cursor.sign("(")?;
     let mut found = Vec::new();
@@ -232,7 +235,7 @@ pub(super) fn argument(cursor: &mut Cursor) -> Result<Argument, Fault> {
         if !negated && matches!(cursor.second(), Token::Sign(":=")) {
             cursor.next();
             cursor.next();
-            // `IN := ,` leaves the input as it is.
+            // `IN := ,` passes nothing and leaves the input unchanged.
             if cursor.is_sign(",") || cursor.is_sign(")") {
                 let value = Expr::name(name.clone());
                 return Ok(Argument { name: Some(name), is_output: true, value });
@@ -243,7 +246,7 @@ pub(super) fn argument(cursor: &mut Cursor) -> Result<Argument, Fault> {
             cursor.next();
             cursor.next();
             if cursor.is_sign(",") || cursor.is_sign(")") {
-                // `Q => ,` takes the result nowhere.
+                // `Q => ,` drops the output.
                 return Ok(Argument { name: Some(name), is_output: true, value: Expr::name("") });
             }
             let target = Expr::Variable(path(cursor)?);
@@ -257,7 +260,7 @@ pub(super) fn argument(cursor: &mut Cursor) -> Result<Argument, Fault> {
 
 /// A number or a typed literal.
 fn literal(text: &str, line: u32) -> Result<Literal, Fault> {
-    let fault = || Fault::new(line, format!("'{text}' is no constant")).text(text);
+    let fault = || Fault::new(line, format!("'{text}' is not a constant")).text(text);
     let Some((of, value)) = text.split_once('#') else {
         return plain(text, None).ok_or_else(fault);
     };
@@ -298,7 +301,8 @@ fn plain(text: &str, of: Option<String>) -> Option<Literal> {
     digits.parse().ok().map(|number| Literal::Int(number, of))
 }
 
-/// The nanoseconds of a duration such as `1m30s_5ms` or `-2.5s`.
+/// The nanoseconds of a duration such as `1m30s_5ms` or `-2.5s`; `None` if it cannot be read or does not fit. Fractions
+/// of a nanosecond are dropped.
 #[must_use]
 pub fn duration(text: &str) -> Option<i64> {
     let (sign, text) = match text.strip_prefix('-') {
@@ -339,7 +343,7 @@ pub fn duration(text: &str) -> Option<i64> {
     i64::try_from(sum * sign).ok()
 }
 
-/// Words that are no names of variables.
+/// Whether a word is a keyword, which cannot name a variable.
 pub(super) fn is_keyword(word: &str) -> bool {
     const KEYWORDS: &[&str] = &[
         "IF",
@@ -430,7 +434,7 @@ mod tests {
             assert!(depth(&found) <= 13, "{by}: {}", depth(&found));
             assert_eq!(show::expr(&found), row(5000, by));
         }
-        // Sums are worked out from left to right, and so is what is called.
+        // Sums and calls keep their order from left to right.
         assert_eq!(depth(&read(&row(200, " + ")).expect("a sum")), 199);
         assert!(read(&row(201, " + ")).is_err());
         assert_eq!(depth(&read(&row(40, "() OR ")).expect("calls")), 39);

@@ -1,5 +1,5 @@
-//! Instruction lists, as statements that they come down to: the current result is an expression until something is done
-//! with it.
+//! The parser of instruction lists, which translates them to statements. The accumulator ("result") is kept as an
+//! expression until an instruction stores or uses it.
 
 use super::cursor::Cursor;
 use super::expression::{argument, arguments, path, unary};
@@ -9,17 +9,17 @@ use crate::lexer::Token;
 use crate::same;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Words that begin an instruction, to tell a list from structured text.
+/// Instructions that distinguish an instruction list from structured text.
 const WORDS: &[&str] = &[
     "LD", "LDN", "ST", "STN", "AND", "ANDN", "OR", "ORN", "XOR", "XORN", "JMP", "JMPC", "JMPCN",
     "CAL", "CALC", "CALCN", "RET", "RETC", "RETCN",
 ];
 
-/// Whether an instruction list begins here.
+/// Whether an instruction list begins at the cursor.
 pub(super) fn begins(cursor: &mut Cursor) -> bool {
     let start = cursor.place();
     while cursor.take_pragma().is_some() {}
-    // Labels may stand in front of it.
+    // Labels may precede the first instruction.
     while matches!(cursor.peek(), Token::Word(_)) && matches!(cursor.second(), Token::Sign(":")) {
         cursor.next();
         cursor.next();
@@ -30,29 +30,29 @@ pub(super) fn begins(cursor: &mut Cursor) -> bool {
     is_instruction
 }
 
-/// Words that take the result for an input of a function block, and carry the block out.
+/// Instructions that pass the result to an input of a function block and call the block.
 const INPUTS: &[&str] = &["CLK", "IN", "PT", "CU", "CD", "PV", "S1", "R1"];
 
-/// Behind so many operators the result is kept, so that no expression is as deep as it is long.
+/// After this many operators the result is stored in a temporary, to limit the depth of expressions.
 const ROW: usize = 100;
-/// Conditions, in which nothing can be kept, have so many operators at most.
+/// The maximum number of operators in a condition, where nothing can be stored.
 const LONGEST: usize = 400;
 
-/// What a list has come to.
+/// The state while a list is read: the current result and the statements so far.
 #[derive(Default)]
 struct List {
     result: Option<Expr>,
     statements: Vec<Statement>,
     kept: u32,
-    /// It stores nothing.
+    /// Whether the list is a condition, which must not store anything.
     is_condition: bool,
-    /// How many operators there were.
+    /// The number of operators so far.
     operators: usize,
-    /// The labels that jumps lead to, and whether there is a result on all of these ways.
+    /// The labels that jumps lead to, in capitals, and whether every such jump carries a result.
     jumps: BTreeMap<String, bool>,
-    /// What the ways that meet at labels keep, by the labels.
+    /// For each label, in capitals, the temporary for the result of the paths that meet there.
     merged: BTreeMap<String, Temp>,
-    /// Labels behind which the result is asked for.
+    /// The labels after which the result is used.
     asked: BTreeSet<String>,
 }
 
@@ -68,11 +68,11 @@ impl List {
     }
 
     fn result(&self, line: u32) -> Result<Expr, Fault> {
-        let none = || Fault::new(line, "no result is there yet").help("begin with LD");
+        let none = || Fault::new(line, "there is no result yet").help("begin with LD");
         self.result.clone().ok_or_else(none)
     }
 
-    /// Keeps the result in a variable of its own, since what it is made of may change.
+    /// Stores the result in a temporary, because its operands may change, and returns the new result.
     fn keep(&mut self, line: u32) -> Result<Expr, Fault> {
         let result = self.result(line)?;
         let at = self.statements.len();
@@ -81,7 +81,8 @@ impl List {
         Ok(kept)
     }
 
-    /// Keeps a value in front of a statement.
+    /// Inserts the storage of a value before the statement at index `at`. Literals and temporaries are returned
+    /// unchanged.
     fn keep_at(&mut self, line: u32, at: usize, value: Expr) -> Expr {
         if matches!(&value, Expr::Literal(_) | Expr::Kept(_)) {
             return value;
@@ -97,7 +98,7 @@ impl List {
         Temp { number: self.kept, merges, text }
     }
 
-    /// What each of the ways that meet at a label keeps.
+    /// The temporary that each path to a label assigns.
     fn merged(&mut self, label: &str) -> Temp {
         let key = label.to_ascii_uppercase();
         if let Some(known) = self.merged.get(&key) {
@@ -108,14 +109,14 @@ impl List {
         own
     }
 
-    /// Leaves the result for another one, or goes elsewhere with it: it is worked out all the same.
+    /// Discards or carries away the result: its evaluation is still emitted, since the controller performs it.
     fn leave(&mut self, line: u32) {
         if self.result.is_some() {
             let _ = self.keep(line);
         }
     }
 
-    /// A way leads to a label with the result that is there.
+    /// Assigns the result, if there is one, to the temporary of a label.
     fn lead(&mut self, line: u32, label: &str) {
         if let Some(result) = self.result.clone() {
             let kept = self.merged(label);
@@ -123,7 +124,7 @@ impl List {
         }
     }
 
-    /// Ways that do not meet with a result that is asked for need not keep it.
+    /// The statements, without assignments to temporaries of labels after which the result is not used.
     fn finish(self) -> Vec<Statement> {
         let asked: BTreeSet<u32> =
             self.asked.iter().filter_map(|label| Some(self.merged.get(label)?.number)).collect();
@@ -135,7 +136,7 @@ impl List {
     }
 }
 
-/// Reads a list up to the end of a body.
+/// Parses a list up to the end of a body.
 pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault> {
     let mut list = List::default();
     read(cursor, &mut list, &[])?;
@@ -144,13 +145,13 @@ pub(super) fn instructions(cursor: &mut Cursor) -> Result<Vec<Statement>, Fault>
     Ok(list.finish())
 }
 
-/// Reads a list that stores nothing, up to one of these words: its result.
+/// Parses a list that is a condition, up to one of these words; returns its result.
 pub(super) fn value(cursor: &mut Cursor, ends: &[&str]) -> Result<Expr, Fault> {
     let line = cursor.line();
     let mut list = List { is_condition: true, ..List::default() };
     read(cursor, &mut list, ends)?;
     if let Some(first) = list.statements.first() {
-        return Err(Fault::new(first.line, "a condition stores nothing"));
+        return Err(Fault::new(first.line, "a condition must not store anything"));
     }
     list.result(line)
 }
@@ -169,7 +170,7 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
         }
         let line = cursor.line();
         if let Some(text) = cursor.take_pragma() {
-            // What it leaves as the result is not known.
+            // The pragma leaves an unknown result.
             list.leave(line);
             list.result = None;
             list.add(line, Kind::Foreign(text));
@@ -177,7 +178,7 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
         }
         let word = match cursor.take_sign("&") {
             false => cursor.name("an instruction")?,
-            // The other way to write AND, and `&N`.
+            // `&` and `&N` are other spellings of AND and ANDN.
             true => {
                 let start = cursor.place();
                 let negates = !cursor.is_line_end() && cursor.take_word("N");
@@ -190,7 +191,7 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
                 }
             }
         };
-        // No instruction's operand stands in the next line.
+        // An instruction's operand never stands on the next line.
         if !cursor.is_line_end() && cursor.take_sign(":") {
             label(cursor, list, word, line)?;
             continue;
@@ -200,7 +201,7 @@ fn read(cursor: &mut Cursor, list: &mut List, ends: &[&str]) -> Result<(), Fault
     }
 }
 
-/// A label, where ways may meet that bring different results.
+/// Handles a label, where paths with different results may meet.
 fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Result<(), Fault> {
     list.leave(line);
     let is_same = |one: &Statement| matches!(&one.kind, Kind::Label(own) if same(own, &label));
@@ -208,7 +209,7 @@ fn label(cursor: &mut Cursor, list: &mut List, label: String, line: u32) -> Resu
         return Err(Fault::new(line, format!("there are two labels {label}")));
     }
     let has_result = list.jumps.get(&label.to_ascii_uppercase()).copied();
-    // Where a new result is loaded, or the list ends, the old one is not asked for.
+    // If LD or the end of the list follows, the result of the paths is not used.
     let is_left =
         cursor.is_one_of(&["LD", "LDN"]) || cursor.is_one_of(ENDS) || *cursor.peek() == Token::End;
     if let (Some(has_result), false) = (has_result, is_left) {
@@ -258,7 +259,7 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
             let condition = condition(list, &word[3..], line)?;
             let target = path(cursor)?;
             let given = if cursor.is_sign("(") { given(cursor, list)? } else { Vec::new() };
-            // What is called may change what the result is made of.
+            // The call may change the operands of the result.
             list.leave(line);
             list.add(line, Kind::CallIf(condition, target, given));
         }
@@ -293,17 +294,17 @@ fn instruction(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> R
     Ok(())
 }
 
-/// A function's name: the result is its first input, the others follow in the line.
+/// A call of a function: the result is its first input, and the others follow on the line.
 fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Result<(), Fault> {
     let first = list.result.clone();
     let mut given: Vec<Argument> = first.into_iter().map(unnamed).collect();
     if !cursor.is_line_end() && cursor.is_sign("(") {
-        // The result is no input of it, and has been worked out all the same.
+        // The result is not an input here, but the controller has computed it.
         list.leave(line);
         given = arguments(cursor)?;
     } else {
         while !cursor.is_line_end() {
-            // An operand alone: an operator would be the next instruction.
+            // Only a single operand, because an operator would be the next instruction.
             given.push(unnamed(unary(cursor)?));
             if !cursor.take_sign(",") {
                 break;
@@ -311,13 +312,13 @@ fn function(cursor: &mut Cursor, list: &mut List, word: &str, line: u32) -> Resu
         }
     }
     if given.is_empty() {
-        return Err(Fault::new(line, format!("'{word}' is no instruction")));
+        return Err(Fault::new(line, format!("'{word}' is not an instruction")));
     }
     list.result = Some(Expr::Call(Path::name(word), given));
     Ok(())
 }
 
-/// What an instance is handed, where inputs may have lists of their own in brackets.
+/// Parses the arguments of an instance's call; an input may have an instruction list in brackets.
 fn given(cursor: &mut Cursor, list: &mut List) -> Result<Vec<Argument>, Fault> {
     cursor.sign("(")?;
     let mut found = Vec::new();
@@ -346,7 +347,7 @@ fn unnamed(value: Expr) -> Argument {
     Argument { name: None, is_output: false, value }
 }
 
-/// An operand, or a list in brackets.
+/// Parses an operand, or an instruction list in brackets.
 fn operand(cursor: &mut Cursor, list: &mut List) -> Result<Expr, Fault> {
     if !cursor.take_sign("(") {
         return unary(cursor);
@@ -404,7 +405,7 @@ mod tests {
             show::statements(&read, 0),
             "the result of line 2 := a;\nthe result at label out := the result of line 2;\nIF the result of line 2 THEN JMP out; END_IF;\nthe result of line 4 := b;\nthe result at label out := the result of line 4;\nout:\nc := the result at label out;\n"
         );
-        // On one of the ways nothing was loaded.
+        // On one of the paths nothing was loaded.
         assert!(instruction_list("JMP out\nLD b\nout:\nST c\n", 1).is_err());
     }
 

@@ -1,4 +1,4 @@
-//! The textual languages of IEC 61131-3: structured text, instruction list, textual charts, declarations.
+//! The parser of the textual languages of IEC 61131-3: ST, IL, textual charts and declarations.
 
 mod chart;
 mod cursor;
@@ -19,7 +19,7 @@ use scanbound_base::code::Code;
 pub(crate) use unit::{apart, file_stem};
 pub use unit::{begins as is_units, file};
 
-/// Reads a text that begins at a line, all of it.
+/// Parses a whole text; its first line has the number `line`.
 fn whole<T>(
     text: &str,
     line: u32,
@@ -31,7 +31,7 @@ fn whole<T>(
     Ok(found)
 }
 
-/// Reads an expression that begins at a line.
+/// Parses an expression, which a semicolon may follow. The text's first line has the number `line`.
 ///
 /// # Errors
 /// Its first fault.
@@ -43,7 +43,7 @@ pub fn expression(text: &str, line: u32) -> Result<Expr, Fault> {
     })
 }
 
-/// Reads statements in structured text.
+/// Parses statements in structured text. The text's first line has the number `line`.
 ///
 /// # Errors
 /// Their first fault.
@@ -51,7 +51,7 @@ pub fn statements(text: &str, line: u32) -> Result<Vec<Statement>, Fault> {
     whole(text, line, |cursor| statement::statements(cursor, &[]))
 }
 
-/// Reads an instruction list.
+/// Parses an instruction list. The text's first line has the number `line`.
 ///
 /// # Errors
 /// Its first fault.
@@ -59,7 +59,7 @@ pub fn instruction_list(text: &str, line: u32) -> Result<Vec<Statement>, Fault> 
     whole(text, line, il::instructions)
 }
 
-/// The value that an instruction list leaves, as the condition of a transition has it.
+/// The expression for the value that an instruction list leaves in the accumulator, as for a transition's condition.
 ///
 /// # Errors
 /// Its first fault.
@@ -67,8 +67,7 @@ pub fn instruction_list_value(text: &str, line: u32) -> Result<Expr, Fault> {
     whole(text, line, |cursor| il::value(cursor, &[]))
 }
 
-/// Reads the variables of a unit's declaration as text: all of its sections (`VAR ... END_VAR`), whatever stands around
-/// them.
+/// Parses the variables of all sections (`VAR ... END_VAR`) in the text of a unit's declaration; other text is skipped.
 ///
 /// # Errors
 /// Their first fault.
@@ -84,10 +83,10 @@ pub fn declarations(text: &str, line: u32) -> Result<Vec<Variable>, Fault> {
     }
 }
 
-/// Looks at the pragmas and comments of a declaration.
+/// Checks the pragmas and comments in the text of a declaration.
 ///
 /// # Errors
-/// That one of them may change what the declaration says.
+/// The fault of a pragma that may change the meaning of the declaration, or of a comment that is ambiguous.
 pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
     match tokens(text, 1, false) {
         Err(fault) if matches!(fault.code, Code::Pragma | Code::Comments) => Err(fault),
@@ -99,8 +98,7 @@ pub(super) fn pragmas(text: &str) -> Result<(), Fault> {
     }
 }
 
-/// Whether two texts, decoded from the same bytes, have the same words and signs, but for characters that are not
-/// ASCII.
+/// Whether two decodings of the same bytes give the same tokens, apart from non-ASCII characters.
 pub fn reads_alike(one: &str, other: &str) -> bool {
     let plain = |text: &str| -> String {
         text.split(|c: char| !c.is_ascii())
@@ -117,7 +115,7 @@ pub fn reads_alike(one: &str, other: &str) -> bool {
     shown(one) == shown(other)
 }
 
-/// Reads a type as it is written behind a variable's colon.
+/// Parses a type, as written after a variable's colon. The text's first line has the number `line`.
 ///
 /// # Errors
 /// Its first fault.

@@ -1,4 +1,4 @@
-//! Statements of structured text.
+//! The parser of statements in structured text.
 
 use super::cursor::Cursor;
 use super::expression::{arguments, expression, is_keyword, path};
@@ -6,7 +6,7 @@ use crate::ast::{Expr, Kind, Selector, Statement};
 use crate::fault::Fault;
 use crate::lexer::Token;
 
-/// Reads statements up to one of these words, or the end.
+/// Parses statements up to one of these words or the end of the text, which is not consumed.
 pub(super) fn statements(cursor: &mut Cursor, ends: &[&str]) -> Result<Vec<Statement>, Fault> {
     let mut found = Vec::new();
     loop {
@@ -20,7 +20,7 @@ pub(super) fn statements(cursor: &mut Cursor, ends: &[&str]) -> Result<Vec<State
     }
 }
 
-/// Reads a statement; one that assigns to several variables is several.
+/// Parses a statement. A chained assignment gives several statements.
 fn statement(cursor: &mut Cursor) -> Result<Vec<Kind>, Fault> {
     let kind = single(cursor)?;
     let Kind::Assign(_, Expr::Variable(_)) = &kind else { return Ok(vec![kind]) };
@@ -43,7 +43,7 @@ fn statement(cursor: &mut Cursor) -> Result<Vec<Kind>, Fault> {
     }
 }
 
-/// Reads a block's end; the semicolon behind it may be missing.
+/// Consumes the closing word of a block, and a semicolon if there is one.
 fn close(cursor: &mut Cursor, word: &str) -> Result<(), Fault> {
     cursor.word(word)?;
     cursor.take_sign(";");
@@ -104,7 +104,7 @@ fn assignment(cursor: &mut Cursor) -> Result<Kind, Fault> {
     }
     if cursor.take_sign(":=") {
         let value = expression(cursor)?;
-        // Behind a variable its own value may follow.
+        // After a variable, another `:=` may follow.
         if !matches!(value, Expr::Variable(_)) {
             cursor.sign(";")?;
         }
@@ -128,7 +128,7 @@ fn assignment(cursor: &mut Cursor) -> Result<Kind, Fault> {
             return Ok(Kind::Latch(target, set, value));
         }
     }
-    // A name alone does nothing.
+    // A name that stands alone is read as a call without arguments.
     if cursor.take_sign(";") {
         return Ok(Kind::Call(target, Vec::new()));
     }
@@ -196,7 +196,7 @@ fn selectors(cursor: &mut Cursor) -> Result<Vec<Selector>, Fault> {
     }
 }
 
-/// Whether an arm's values and their colon come next, and no statement.
+/// Whether the labels of a `CASE` arm, with their colon, come next.
 fn begins_arm(cursor: &mut Cursor) -> bool {
     let place = cursor.place();
     let is = selectors(cursor).is_ok();
@@ -263,7 +263,7 @@ UNTIL b > 3 END_REPEAT;
         let fault = statements("a := 1;\nb := ;\n", 10).expect_err("a fault");
         assert_eq!(
             (fault.line, fault.message.as_str()),
-            (11, "an expression was expected, and ';' stands there")
+            (11, "an expression was expected, but ';' was found")
         );
         for text in [
             "a := 1",

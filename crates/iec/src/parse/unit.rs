@@ -1,4 +1,4 @@
-//! Files of programs, function blocks, functions, types and configurations.
+//! The parser of files with programs, function blocks, functions, types and configurations.
 
 use super::chart;
 use super::cursor::Cursor;
@@ -24,10 +24,10 @@ const BEGIN: &[&str] = &[
     "RESOURCE",
 ];
 
-/// Whether a text may be a file of units in the textual languages.
+/// Whether a text may be a file of units in the textual languages, by its first words.
 #[must_use]
 pub fn begins(text: &str) -> bool {
-    // A name, or a declaration, follows: `PROGRAM main VAR`.
+    // A name or a declaration must follow, as in `PROGRAM main VAR`.
     let begins = |reading| match &first_words(text, reading)[..] {
         [first, _] => BEGIN.iter().any(|own| same(own, first)),
         _ => false,
@@ -35,16 +35,16 @@ pub fn begins(text: &str) -> bool {
     begins(Comments::Nested) || begins(Comments::Flat)
 }
 
-/// The name that a file gives to its lists of global variables.
+/// The name of a file without folders and extensions, which names its lists of global variables.
 pub(crate) fn file_stem(name: &str) -> &str {
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
     base.split_once('.').map_or(base, |(stem, _)| stem)
 }
 
-/// Reads a file of units, types and configurations. Charts are checked to be whole: each step that is named is there.
+/// Parses a file of units, types and configurations. In charts, every named step must exist.
 ///
 /// # Errors
-/// Its faults, all that could be found.
+/// All faults that were found; parsing continues with the next unit after each.
 pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     let mut project = Project { files: vec![name.to_owned()], ..Project::default() };
     let mut cursor = Cursor::new(text, 1).map_err(|fault| vec![fault])?;
@@ -52,7 +52,7 @@ pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     while *cursor.peek() != Token::End {
         if let Err(fault) = unit(&mut cursor, &mut project) {
             faults.push(fault);
-            // Goes on behind the unit that is at fault.
+            // Continue after the end of the faulty unit.
             const ENDS: &[&str] = &[
                 "END_PROGRAM",
                 "END_FUNCTION_BLOCK",
@@ -101,7 +101,7 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
         Token::Word(word) if same(&word, "INTERFACE") => (PouKind::Interface, "END_INTERFACE"),
         _ => {
             let help = "write PROGRAM, FUNCTION_BLOCK, FUNCTION, INTERFACE, TYPE, VAR_GLOBAL or CONFIGURATION";
-            return Err(Fault::new(line, "no unit begins here").help(help));
+            return Err(Fault::new(line, "a unit was expected here").help(help));
         }
     };
     let mut pou = pou(cursor, kind, end, line)?;
@@ -113,14 +113,14 @@ fn unit(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     Ok(())
 }
 
-/// What may stand between METHOD, PROPERTY or FUNCTION_BLOCK and its name.
+/// The modifiers that may precede the name of a method, property or function block.
 const MODIFIERS: &[&str] =
     &["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"];
 
-/// Whether PRIVATE is among them.
+/// Consumes modifiers; whether `PRIVATE` is among them.
 fn modifiers(cursor: &mut Cursor) -> bool {
     let mut is_private = false;
-    // A modifier alone is the unit's name.
+    // A modifier that no word follows is the name of the unit.
     while cursor.is_one_of(MODIFIERS) && matches!(cursor.second(), Token::Word(_)) {
         is_private |= cursor.is_word("PRIVATE");
         cursor.next();
@@ -162,7 +162,8 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
     Ok(pou)
 }
 
-/// Of inputs with R_EDGE or F_EDGE a body sees edges, as if it began with the trigger that says so.
+/// Handles inputs declared R_EDGE or F_EDGE: the body begins with calls of triggers and sees their outputs as the
+/// inputs.
 fn edges(pou: &mut Pou) -> Result<(), Fault> {
     let inputs = pou.variables.iter().filter(|one| one.section == Section::Input);
     let has_memory =
@@ -188,7 +189,7 @@ fn edges(pou: &mut Pou) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The name of a unit, which a library's may stand before.
+/// Parses the name of a unit, without a library's name in front of it.
 fn qualified(cursor: &mut Cursor) -> Result<String, Fault> {
     let mut name = cursor.name("a unit's name")?;
     while cursor.take_sign(".") {
@@ -207,7 +208,7 @@ fn named_list(cursor: &mut Cursor) -> Result<Vec<String>, Fault> {
     Ok(found)
 }
 
-/// `METHOD PUBLIC name : type ... END_METHOD` and `PROPERTY name : type ... END_PROPERTY`.
+/// Parses `METHOD PUBLIC name : type ... END_METHOD` and `PROPERTY name : type ... END_PROPERTY`.
 fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     loop {
         let line = cursor.line();
@@ -226,7 +227,7 @@ fn methods(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     }
 }
 
-/// A method of an interface, which has no body; END_METHOD may be missing.
+/// Parses a method of an interface, which has no body; END_METHOD may be missing.
 fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
     modifiers(cursor);
     let name = cursor.name("a method's name")?;
@@ -242,15 +243,14 @@ fn signature(cursor: &mut Cursor, line: u32) -> Result<Pou, Fault> {
     Ok(method)
 }
 
-/// `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY`: what reads it and what writes it are
-/// methods.
+/// Parses `PROPERTY PUBLIC name : type GET ... END_GET SET ... END_SET END_PROPERTY` into a getter and a setter method.
 fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     modifiers(cursor);
     let name = cursor.name("a property's name")?;
     cursor.sign(":")?;
     let of = super::declaration::type_ref(cursor)?;
     cursor.take_sign(";");
-    // Variables of the property itself are those of both.
+    // Variables declared in the property itself are added to both accessors.
     let mut common = Vec::new();
     while let Some(section) = section(cursor) {
         common.extend(variables(cursor, section)?);
@@ -285,11 +285,11 @@ fn property(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     cursor.word("END_PROPERTY")
 }
 
-/// Variables of which there is one for all instances (VAR_STAT) become global ones, those of a method of which there is
-/// one for each instance (VAR_INST) those of its unit, each under a name that nothing else has.
+/// Moves VAR_STAT variables (shared by all instances) to global variables, and VAR_INST variables of methods to their
+/// unit. They get names that are unique in the project, and code is changed to these names.
 ///
 /// # Errors
-/// Where that is not followed.
+/// The fault of such variables in a unit with a chart, where this is not supported.
 pub(crate) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
     let unit = pou.name.clone();
     let mut methods = std::mem::take(&mut pou.methods);
@@ -301,7 +301,7 @@ pub(crate) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
     found.and_then(|()| {
         let all = pou.clone();
         move_out(project, &unit, pou, None)?;
-        // Methods name the variables of their unit, too.
+        // Methods may use the variables of their unit, too.
         let names = apart_of(&all);
         for method in &mut pou.methods {
             let hidden = |name: &str| method.variables.iter().any(|one| same(&one.name, name));
@@ -349,10 +349,10 @@ fn move_out(
     Ok(())
 }
 
-/// Gives variables in code the names that they have elsewhere.
+/// Renames moved variables in a body.
 fn rename(body: &mut Body, owner: &str, names: &[String]) -> Result<(), Fault> {
     if matches!(body, Body::Chart(_)) && !names.is_empty() {
-        let what = "VAR_STAT and VAR_INST of what has a chart are not followed";
+        let what = "VAR_STAT and VAR_INST of a unit with a chart are not followed";
         let help = "declare the variables as VAR, or VAR_GLOBAL";
         return Err(Fault::new(0, what).within(owner).help(help));
     }
@@ -386,7 +386,7 @@ fn body(cursor: &mut Cursor, pou: &mut Pou, end: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The actions that stand behind the end of their unit, as CoDeSys 2.3 and B&R export them, or in `ACTIONS unit ...
+/// Parses actions after the end of their unit, as exported by CoDeSys 2.3 and B&R, or within `ACTIONS unit ...
 /// END_ACTIONS`.
 fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     let place = pou.name.clone();
@@ -399,8 +399,8 @@ fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
                 let of = cursor.name("a unit's name")?;
                 cursor.take_sign(":");
                 if !same(&of, &pou.name) {
-                    let told = format!("these are actions of {of}, and stand behind {}", pou.name);
-                    let help = format!("let them stand right behind the end of {of}");
+                    let told = format!("these are actions of {of}, but follow {}", pou.name);
+                    let help = format!("put them directly after the end of {of}");
                     return Err(Fault::new(line, told).help(help));
                 }
             }
@@ -414,7 +414,7 @@ fn actions_behind(cursor: &mut Cursor, pou: &mut Pou) -> Result<(), Fault> {
     }
 }
 
-/// `ACTION name: ... END_ACTION`
+/// Parses `ACTION name: ... END_ACTION`.
 fn action(cursor: &mut Cursor) -> Result<Named, Fault> {
     let line = cursor.line();
     cursor.word("ACTION")?;
@@ -425,7 +425,7 @@ fn action(cursor: &mut Cursor) -> Result<Named, Fault> {
     Ok(Named { name, body, line })
 }
 
-/// The body of an action.
+/// Parses the body of an action.
 fn action_body(cursor: &mut Cursor) -> Result<Body, Fault> {
     if chart::begins(cursor) {
         let (chart, _): (_, Vec<Named>) = chart::chart(cursor, action)?;
@@ -462,7 +462,7 @@ fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault
     Ok(())
 }
 
-/// `name WITH task : type (...);`
+/// Parses a program instance: `name WITH task : type (...);`.
 fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     let is_retained = cursor.take_word("RETAIN");
     let _ = cursor.take_word("NON_RETAIN");

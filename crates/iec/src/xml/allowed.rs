@@ -1,7 +1,7 @@
-//! What the elements of a unit may hold. A controller may carry out whatever else stands in them: it is reported with
-//! its place.
+//! Lists the elements that each element of a unit may contain. Anything else might be executed by a controller, so it
+//! is reported with its place.
 //!
-//! `docs/sfc.md` lists what is skipped, and why that is harmless.
+//! `docs/sfc.md` lists the skipped elements and why they are harmless.
 
 use super::node::{Text, elements};
 use crate::comment::is_harmless_attribute;
@@ -10,7 +10,7 @@ use roxmltree::Node;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
-/// Elements, and the elements that may stand in them; with the element around them where that matters.
+/// Each element with the elements that it may contain. A name `parent/element` applies only within that parent.
 const FORMS: &[(&str, &str)] = &[
     ("pou", "interface actions transitions body addData documentation InterfaceAsPlainText"),
     ("Method", "interface body addData documentation InterfaceAsPlainText"),
@@ -94,12 +94,11 @@ const CHART: &str = "comment vendorElement leftPowerRail rightPowerRail contact 
 const BAR: &str = "position connectionPointIn connectionPointOut addData documentation";
 const TEXT: &str = "xhtml html body p div pre span br b i u em strong font code tt";
 
-/// Elements that say nothing of what is carried out: places on the page and what is written for readers. Which
-/// variables an interface declares is read elsewhere.
+/// Elements that do not affect execution: positions, comments and documentation. Interfaces are checked elsewhere.
 const UNFOLLOWED: &[&str] =
     &["position", "relPosition", "documentation", "comment", "alternativeText"];
 
-/// Elements of which there may be several in one.
+/// Elements that may occur more than once in an element.
 const SEVERAL: &[&str] = &[
     "action",
     "transition",
@@ -121,15 +120,15 @@ const SEVERAL: &[&str] = &[
     "returnType",
 ];
 
-/// Elements that hold elements of a drawing.
+/// Elements that contain the elements of a drawing.
 const DRAWINGS: &[&str] = &["LD", "FBD", "SFC"];
 
-/// Additional data that is read, by the ends of their names.
+/// Additional data that is read, by name without the vendor's prefix.
 const READ: &[&str] =
     &["method", "property", "sfc/element", "stcode", "interfaceasplaintext", "pouinheritance"];
 
-/// Additional data that says nothing of what is carried out: numbers of objects, what may be seen of them, types at
-/// pins, how a box is shown, what is asked of the compiler.
+/// Additional data that does not affect execution: object numbers, visibility, types of pins, display of boxes,
+/// compiler settings.
 const HARMLESS: &[&str] = &[
     "objectid",
     "attributes",
@@ -144,17 +143,18 @@ const HARMLESS: &[&str] = &[
     "mixedattrsvarlist",
 ];
 
-/// Who names additional data so.
+/// The vendors' prefixes of names of additional data.
 const NAMESPACES: &[&str] =
     &["http://www.3s-software.com/plcopenxml/", "http://openplc.org/plcopenxml/"];
 
-/// What additional data are called, without their maker.
+/// The name of additional data without the vendor's prefix; `None` for other vendors.
 pub(super) fn data_name<'a>(data: Node<'a, '_>) -> Option<&'a str> {
     let name = data.attribute("name")?;
     NAMESPACES.iter().find_map(|own| name.strip_prefix(own))
 }
 
-/// The fault of additional data with attributes of which one may change what runs or what variables hold.
+/// The fault of additional data with an attribute that may affect execution or variables; `None` if all are known to be
+/// harmless.
 pub(super) fn attribute(text: &Text, data: Node<'_, '_>) -> Option<Fault> {
     let is_one = |node: &Node<'_, '_>| node.tag_name().name().eq_ignore_ascii_case("attribute");
     let name = |node: Node<'_, '_>| {
@@ -163,14 +163,14 @@ pub(super) fn attribute(text: &Text, data: Node<'_, '_>) -> Option<Fault> {
     let mut all = data.descendants().filter(is_one);
     let found = all.find(|node| !name(*node).is_some_and(|name| is_harmless_attribute(&name)))?;
     let told = format!(
-        "whether the attribute {} changes what the controller carries out, or what variables hold, is not known here",
+        "whether the attribute {} changes execution or the values of variables is not known",
         name(found).unwrap_or_default()
     );
     let help = "take it out of a copy of the file if it changes neither";
     Some(text.fault(found, told).code(Code::Pragma).help(help))
 }
 
-/// What stands in a unit that is not read and that a controller may carry out.
+/// The faults of everything in a unit that is not read and that a controller may execute.
 pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
     let mut found = Vec::new();
     let mut open = vec![unit];
@@ -184,7 +184,7 @@ pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
             continue;
         }
         if name == "vendorElement" && !is_title(node) {
-            let message = format!("{}: what this element does is not read", called(node));
+            let message = format!("{}: this element is not read", called(node));
             found.push(text.fault(node, message).help(HELP));
             continue;
         }
@@ -198,21 +198,21 @@ pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
             .children()
             .find(|one| one.is_text() && one.text().is_some_and(|text| !text.trim().is_empty()));
         if let Some(stray) = stray.filter(|_| !is_text) {
-            let message = format!("{}: text stands in it that is not read", called(node));
+            let message = format!("{}: it contains text that is not read", called(node));
             found.push(Fault { line: text.line(stray), ..text.fault(node, message).help(HELP) });
         }
         let mut seen = BTreeSet::new();
         for inner in elements(node) {
             let own = inner.tag_name().name();
             if !form.split(' ').any(|one| one == own) && !is_loose(inner) {
-                let message = format!("{}: what <{own}> does in it is not read", called(node));
+                let message = format!("{}: it contains <{own}>, which is not read", called(node));
                 found.push(text.fault(inner, message).help(HELP));
                 continue;
             }
             let is_drawn = DRAWINGS.contains(&name);
             if !is_text && !is_drawn && !SEVERAL.contains(&own) && !seen.insert(own) {
                 let message =
-                    format!("{}: it holds <{own}> twice, of which one is read", called(node));
+                    format!("{}: it has <{own}> twice, and only one is read", called(node));
                 found.push(text.fault(inner, message).help("leave one of them"));
                 continue;
             }
@@ -225,12 +225,13 @@ pub(super) fn unread(text: &Text, unit: Node<'_, '_>) -> Vec<Fault> {
     found
 }
 
-/// What an element must hold and does not, since a controller would carry out what stood there.
+/// The fault of an element without required contents: a controller might execute what is missing in the file. `None` if
+/// nothing is missing.
 fn missing(unit: Node<'_, '_>, node: Node<'_, '_>) -> Option<String> {
     let has = |names: &[&str]| elements(node).any(|inner| names.contains(&inner.tag_name().name()));
     let parent = node.parent().map_or("", |parent| parent.tag_name().name());
     match node.tag_name().name() {
-        // Functions and function blocks without code are a doubt where they are called.
+        // Functions and function blocks without code are reported where they are called.
         "body"
             if parent != "macroStep" && node.parent() != Some(unit) || is_program(unit, node) =>
         {
@@ -273,14 +274,14 @@ fn is_program(unit: Node<'_, '_>, body: Node<'_, '_>) -> bool {
     body.parent() == Some(unit) && unit.attribute("pouType") == Some("program")
 }
 
-const HELP: &str = "write what it does in ST, IL, LD, FBD or SFC, or take it out of the file if the controller carries out nothing of it";
+const HELP: &str = "write what it does in ST, IL, LD, FBD or SFC, or take it out of the file if the controller executes none of it";
 
-/// What may stand in an element; nothing, if that is not told here.
+/// The elements that an element may contain, separated by blanks; `None` if it is not listed.
 fn form(node: Node<'_, '_>) -> Option<&'static str> {
     let name = node.tag_name().name();
     let around = node.parent().map_or("", |parent| parent.tag_name().name());
     let within = format!("{around}/{name}");
-    // Within texts, all elements of texts may stand in each other.
+    // In text, all elements of text may be nested.
     if TEXT.split(' ').any(|one| one == name) && form_is_text(node.parent()) {
         return Some(if name == "br" { "" } else { TEXT });
     }
@@ -292,20 +293,20 @@ fn form_is_text(node: Option<Node<'_, '_>>) -> bool {
     node.filter(Node::is_element).is_some_and(|node| form(node) == Some(TEXT))
 }
 
-/// Whether an element is a point that nothing is connected to.
+/// Whether an element is a connection point without a connection.
 fn is_loose(node: Node<'_, '_>) -> bool {
     ["connectionPointIn", "connectionPointOut"].contains(&node.tag_name().name())
         && elements(node).all(|one| one.tag_name().name() == "relPosition")
 }
 
-/// Whether an element of a vendor is the title of a network, as CODESYS and TwinCAT draw it.
+/// Whether a vendor's element is the title of a network, as in CODESYS and TwinCAT.
 fn is_title(node: Node<'_, '_>) -> bool {
     let mut types = node.descendants().filter(|one| one.tag_name().name() == "ElementType");
     types.next().is_some_and(|one| one.text().is_some_and(|text| text.trim() == "networktitle"))
         && types.next().is_none()
 }
 
-/// Additional data: the elements in it that are read, too.
+/// Checks additional data; returns the elements in it that must be checked, too.
 fn data<'a, 'i>(text: &Text, node: Node<'a, 'i>, found: &mut Vec<Fault>) -> Vec<Node<'a, 'i>> {
     let is_empty = !node.has_children();
     let owner = node.parent().and_then(|one| one.parent()).unwrap_or(node);
@@ -327,7 +328,7 @@ fn data<'a, 'i>(text: &Text, node: Node<'a, 'i>, found: &mut Vec<Fault>) -> Vec<
     Vec::new()
 }
 
-/// An element for messages.
+/// The name of an element for messages.
 fn called(node: Node<'_, '_>) -> String {
     let name = node.attribute("name").map(|name| format!(" {name}")).unwrap_or_default();
     let id = node.attribute("localId").map(|id| format!(" with localId {id}")).unwrap_or_default();

@@ -1,5 +1,5 @@
-//! Bodies in any language, and charts as PLCopen XML draws them: steps, transitions and the bars between them, joined
-//! by connections.
+//! Reads bodies in any language, and charts as drawn in PLCopen XML: steps, transitions and bars, joined by
+//! connections.
 
 use super::checked::{checked, single};
 use super::condition::{of_body, of_transition};
@@ -20,7 +20,7 @@ use roxmltree::Node;
 use scanbound_base::code::Code;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a body does.
+/// Reads the body in an element; a body without code gives an empty one.
 pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     let Some((language, inner)) = language(node) else { return Body::empty() };
     if let Err(fault) = single(reading.text, node) {
@@ -39,7 +39,7 @@ pub(super) fn body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     match executed(reading, language, inner) {
         Ok(found) => found,
         Err(fault) => {
-            // What is wrong with the drawing itself is refused; what is only not understood is listed.
+            // Faults of the drawing itself reject the file; code that is only not understood is recorded in the body.
             if matches!(fault.code, Code::Connection | Code::Xml) {
                 reading.refuse(fault.clone());
             }
@@ -59,7 +59,7 @@ fn executed(
         Language::Il => Body::Code(language, parse::instruction_list(&written, line)?),
         _ => {
             let drawing = drawing(reading.text, inner)?;
-            // What leads to a connector alone is not looked at by all.
+            // Not all tools evaluate what only leads to a connector.
             let is_end = |one: &Element| one.acts() && one.kind != ElementKind::Connector;
             let ends = drawing.all().filter(|(_, one)| is_end(one)).map(|(id, _)| id);
             leads_to_something(&drawing, ends)?;
@@ -69,7 +69,7 @@ fn executed(
     })
 }
 
-/// The body of a condition, as a return under it.
+/// Reads the body of a named transition. It is represented as a RETURN with the condition.
 pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Body {
     let language = language(node).map_or(Language::St, |(language, _)| language);
     match condition_in(reading, node) {
@@ -86,7 +86,7 @@ pub(super) fn condition_body(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) 
     }
 }
 
-/// The value that a condition has, whose body stands in an element.
+/// Reads the condition whose body is in an element.
 fn condition_in(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Result<Expr, Fault> {
     let Some((language, inner)) = language(node) else {
         return Err(reading.text.fault(node, "the condition is empty"));
@@ -97,7 +97,7 @@ fn condition_in(reading: &mut Reading<'_, '_>, node: Node<'_, '_>) -> Result<Exp
         Language::St => {
             let first = parse::expression(&written, line);
             first.or_else(|fault| {
-                // Beremiz writes what stands behind the name of the transition: `:= condition;`.
+                // Beremiz writes the text after the transition's name: `:= condition;`.
                 let behind_name = format!("_ {written}\n;");
                 let read = parse::statements(&written, line);
                 let read = read.or_else(|_| parse::statements(&behind_name, line));
@@ -116,12 +116,12 @@ struct Elements<'a, 'i> {
     nodes: BTreeMap<&'a str, Node<'a, 'i>>,
 }
 
-/// Which way connections are followed to, from an element against their direction.
+/// The kind of element searched for when connections are followed backwards.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sought {
-    /// The steps in front of a transition.
+    /// The steps before a transition.
     Steps,
-    /// The transitions in front of a step.
+    /// The transitions before a step.
     Transitions,
 }
 
@@ -136,13 +136,13 @@ fn called(node: Node<'_, '_>) -> String {
 
 /// Reads a chart.
 fn chart(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Chart, Fault> {
-    // A transition in front of nothing clears into nothing: tools draw it while a chart is being made.
+    // A transition without a following step is accepted here; tools draw it while a chart is being edited.
     let mut chart = draft(reading, body, &mut Vec::new())?.finish()?;
     chart.span = Some((body.range().start, body.range().end));
     Ok(chart)
 }
 
-/// Reads a chart, or that of a macro step: `within` names those around it.
+/// Reads a chart or the chart of a macro step; `within` holds the names of the macro steps around it.
 fn draft(
     reading: &mut Reading<'_, '_>,
     body: Node<'_, '_>,
@@ -212,11 +212,11 @@ fn draft(
     Ok(draft)
 }
 
-/// Refuses elements beside a chart that would act by themselves: only conditions are drawn there.
+/// Rejects elements beside a chart that would have an effect of their own: only conditions are drawn there.
 fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
     let of = |names: &[&str]| elements(body).find(|one| !names.contains(&one.tag_name().name()));
     if let Some(node) = of(&[ELEMENTS, BESIDE, LOOKED_AT].concat()) {
-        let message = format!("{}: nothing of a chart executes it", called(node));
+        let message = format!("{}: no step of the chart executes it", called(node));
         let help = "move it into an action of a step";
         return Err(text.fault(node, message).help(help));
     }
@@ -231,7 +231,7 @@ fn nothing_is_left_out(text: &Text, body: Node<'_, '_>) -> Result<(), Fault> {
     leads_to_something(&drawing, drawing.all().filter(is_end).map(|(id, _)| id))
 }
 
-/// What conditions are drawn with, and does nothing by itself.
+/// Elements that conditions consist of and that have no effect of their own.
 const LOOKED_AT: &[&str] = &[
     "leftPowerRail",
     "rightPowerRail",
@@ -242,14 +242,15 @@ const LOOKED_AT: &[&str] = &[
     "block",
 ];
 
-/// A transition's number of priority.
+/// The priority of a transition, if it has one.
 fn priority(text: &Text, node: Node<'_, '_>) -> Result<Option<u32>, Fault> {
     let written = node.attribute("priority").map(str::trim).filter(|text| !text.is_empty());
     let number = written.map(str::parse).transpose();
-    number.map_err(|_| text.fault(node, format!("{}: its priority is no number", called(node))))
+    number.map_err(|_| text.fault(node, format!("{}: its priority is not a number", called(node))))
 }
 
-/// Elements as the file has them, but of transitions behind the same element those that stand further left first.
+/// The elements in the order of the file, except that transitions after the same element are ordered from left to
+/// right.
 fn from_the_left<'a, 'i>(mut nodes: Vec<Node<'a, 'i>>) -> Vec<Node<'a, 'i>> {
     let mut rivals: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (at, node) in nodes.iter().enumerate().filter(|(_, node)| is_transition(**node)) {
@@ -271,7 +272,7 @@ fn is_transition(node: Node<'_, '_>) -> bool {
     node.tag_name().name() == "transition"
 }
 
-/// Whether a macro step has a chart of its own.
+/// Whether a macro step contains a chart.
 fn is_expanded(node: Node<'_, '_>) -> bool {
     child(node, "body").is_some_and(|body| elements(body).next().is_some())
 }
@@ -297,11 +298,11 @@ fn macro_step(
     }
     let inner = child(node, "body").and_then(language);
     let Some((Language::Sfc, inner)) = inner else {
-        let message = format!("{}: its body is no chart", called(node));
+        let message = format!("{}: its body is not a chart", called(node));
         return Err(wrong(message).help("draw what it does as SFC"));
     };
     within.push(name.to_owned());
-    // Elements of a macro step's chart have numbers of their own.
+    // The elements in a macro step's chart have their own numbering.
     let outer = std::mem::replace(&mut reading.computes, false);
     let inside = reading.apart(&format!("{name}."), |reading| draft(reading, inner, within));
     reading.computes = outer;
@@ -337,9 +338,9 @@ fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
             ENTRY => &mut step.entry,
             EXIT => &mut step.exit,
             EXCLUDED if same(written, "TRUE") => return refused("it is excluded"),
-            LEAST if !is_no_time(written) => return refused("it has a least time"),
+            LEAST if !is_no_time(written) => return refused("it has a minimum time"),
             EXCLUDED | LEAST | MOST => continue,
-            // What another attribute makes of an action is not known.
+            // The effect of an unknown attribute that names an action is not known.
             _ if reading.has_action(written) && written != name => {
                 return refused("an attribute names an action");
             }
@@ -350,18 +351,18 @@ fn step(reading: &Reading<'_, '_>, node: Node<'_, '_>) -> Result<Step, Fault> {
         }
         match parse::expression(written, line) {
             Ok(Expr::Variable(path)) => *slot = Some(path),
-            _ => return refused("its action is no name"),
+            _ => return refused("its action is not a name"),
         }
     }
     Ok(step)
 }
 
-/// Whether no time is written, or none that passes.
+/// Whether a time is missing or zero.
 fn is_no_time(written: &str) -> bool {
     written.is_empty() || parse::duration(written) == Some(0) || written == "0"
 }
 
-/// Follows connections back to steps, or to transitions.
+/// Follows connections backwards to steps or transitions; returns their `localId`s.
 fn before<'a>(
     reading: &Reading<'_, '_>,
     drawing: &Elements<'a, '_>,
@@ -379,7 +380,7 @@ fn before<'a>(
     while let Some((id, behind)) = open.pop() {
         let Some((&id, &one)) = drawing.nodes.get_key_value(id.as_str()) else {
             let message = format!(
-                "{}: a connection leads to localId {id}, which is not there",
+                "{}: a connection refers to localId {id}, which does not exist",
                 called(behind)
             );
             return Err(wrong(behind, message));
@@ -388,8 +389,7 @@ fn before<'a>(
             if matches!(one.tag_name().name(), "step" | "macroStep" | "transition") {
                 continue;
             }
-            let message =
-                format!("{}: the ways through it come back to where they began", called(one));
+            let message = format!("{}: the connections through it form a loop", called(one));
             return Err(wrong(one, message));
         }
         match (one.tag_name().name(), sought) {
@@ -401,11 +401,11 @@ fn before<'a>(
                 one_way(text, one, sought)?;
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
             }
-            // A branch that ends in a jump converges into nothing: a join does not wait for it.
+            // A branch that ends in a jump does not take part in the convergence.
             ("jumpStep", _)
                 if ["selectionConvergence", "simultaneousConvergence"]
                     .contains(&behind.tag_name().name()) => {}
-            // A selection that converges right in front of the next one.
+            // A convergence of selections directly in front of the next selection.
             ("selectionConvergence", Sought::Steps) if is_of_steps(drawing, one) => {
                 open.extend(inputs(one).into_iter().rev().map(|(id, _)| (id.to_owned(), one)));
             }
@@ -420,7 +420,7 @@ fn before<'a>(
     Ok(found)
 }
 
-/// Refuses several steps that lead straight to one point: whether all of them or one of them is meant is not clear.
+/// Rejects several steps connected directly to one point: it is unclear whether all or one of them must be active.
 fn one_way(text: &Text, node: Node<'_, '_>, sought: Sought) -> Result<(), Fault> {
     let are_several = |point: Node<'_, '_>| children(point, "connection").nth(1).is_some();
     let waits_for_all = node.tag_name().name() == "simultaneousConvergence";
@@ -430,13 +430,13 @@ fn one_way(text: &Text, node: Node<'_, '_>, sought: Sought) -> Result<(), Fault>
     {
         return Ok(());
     }
-    let message = format!("{}: several steps lead straight to it", called(node));
+    let message = format!("{}: several steps are connected directly to it", called(node));
     let help =
         "draw a simultaneous convergence, if it waits for all of them, or a transition for each";
     Err(text.fault(node, message).code(Code::Chart).help(help))
 }
 
-/// Whether what converges comes from one step alone, beside branches that end in jumps, so that nothing is joined.
+/// Whether a single step leads to a convergence, beside branches that end in jumps, so that it joins nothing.
 fn is_of_steps(drawing: &Elements<'_, '_>, node: Node<'_, '_>) -> bool {
     let kind = |(id, _): &(&str, Option<&str>)| {
         drawing.nodes.get(id).map_or("", |one| one.tag_name().name())
@@ -471,7 +471,7 @@ fn condition<'a, 'i>(
     };
     let ways = ["inline", "reference", "connectionPointIn"].into_iter();
     if ways.filter(|name| child(own, name).is_some()).count() > 1 {
-        let message = format!("{}: its condition is told in two ways", called(node));
+        let message = format!("{}: it has two conditions", called(node));
         return Err(text.fault(node, message).code(Code::Chart).help("leave one of them"));
     }
     let value = if let Some(inline) = child(own, "inline") {
@@ -497,21 +497,21 @@ fn condition<'a, 'i>(
         Some("true" | "1") if text.is_codesys => Ok(value.not()),
         Some(_) => {
             let message =
-                format!("{}: generators leave out that its condition is negated", called(node));
+                format!("{}: generators ignore the negation of its condition", called(node));
             let help = "negate in the condition itself";
             Err(text.fault(node, message).code(Code::NotModelled).help(help))
         }
     }
 }
 
-/// A condition that is drawn beside the chart.
+/// Reads a condition that is drawn beside the chart.
 fn drawn<'a, 'i>(
     reading: &mut Reading<'_, '_>,
     body: Node<'a, 'i>,
     node: Node<'a, 'i>,
     from: &[(&str, Option<&str>)],
 ) -> Result<Expr, Fault> {
-    // Elements of the chart itself have no value, but they have numbers.
+    // Elements of the chart itself have no value, but they share its numbering.
     match of_transition(reading, body, node, &called(node), from) {
         Ok(value) => Ok(value),
         Err(fault) if fault.code == Code::Syntax => Ok(any(&fault)),
@@ -519,12 +519,12 @@ fn drawn<'a, 'i>(
     }
 }
 
-/// A condition that is not understood: it may be true or not.
+/// A condition that is not understood, which may be true or false.
 fn any(fault: &Fault) -> Expr {
     Expr::Unread(fault.message.clone())
 }
 
-/// The condition of a named transition, or of a Boolean variable.
+/// The condition of a named transition, or a Boolean variable of that name.
 fn named(reading: &Reading<'_, '_>, name: &str, line: u32) -> Result<Expr, Fault> {
     let own = reading.pou.transitions.iter().find(|one| same(&one.name, name));
     match own.map(|one| &one.body) {
@@ -543,11 +543,13 @@ fn action_block(
     node: Node<'_, '_>,
     draft: &mut Draft,
 ) -> Result<(), Fault> {
-    // A block that hangs on nothing does nothing.
+    // An action block without a connection has no effect.
     for (id, _) in inputs(node) {
         let Some(owner) = drawing.nodes.get(id) else {
-            let message =
-                format!("{}: a connection leads to localId {id}, which is not there", called(node));
+            let message = format!(
+                "{}: a connection refers to localId {id}, which does not exist",
+                called(node)
+            );
             return Err(reading.text.fault(node, message).code(Code::Connection));
         };
         let name = owner.attribute("name").unwrap_or_default();
@@ -577,7 +579,7 @@ fn block(
     let line = text.line(node);
     let word = node.attribute("qualifier").filter(|word| !word.is_empty()).unwrap_or("N");
     let qualifier = Qualifier::named(word).ok_or_else(|| {
-        let message = format!("step {step}: '{word}' is no action qualifier");
+        let message = format!("step {step}: '{word}' is not an action qualifier");
         let help = "the qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL";
         text.fault(node, message).code(Code::Chart).help(help)
     })?;
@@ -610,7 +612,7 @@ fn block(
         let name = reference.attribute("name").unwrap_or_default();
         match parse::expression(name, line)? {
             Expr::Variable(path) => Target::Path(path),
-            _ => return Err(text.fault(node, format!("step {step}: '{name}' is no action"))),
+            _ => return Err(text.fault(node, format!("step {step}: '{name}' is not an action"))),
         }
     } else if let Some(inline) = child(node, "inline") {
         single(text, inline)?;
@@ -622,7 +624,7 @@ fn block(
             return Ok(None);
         }
         let mut name = format!("{step}_{}", number + 1);
-        // A declared action of that name is another one.
+        // The name must differ from those of declared actions and variables.
         let is_taken = |name: &str| reading.declares(name);
         while is_taken(&name) {
             name.push('_');

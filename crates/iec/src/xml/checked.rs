@@ -1,17 +1,17 @@
-//! What an element may say that is not followed: it is refused, since what is left out makes a bound too low.
+//! Rejects properties of elements that are not supported: ignoring them could make the bound too low.
 
 use super::node::{Text, child, children, elements, has_place, is, order};
 use crate::fault::Fault;
 use roxmltree::Node;
 use scanbound_base::code::Code;
 
-/// Elements that may be negated as a whole.
+/// Elements that may have the attribute `negated`.
 const NEGATED: &[&str] = &["contact", "coil", "inVariable", "outVariable", "jump", "return"];
 
-/// Signs that are not followed anywhere.
+/// Attributes that are not supported in any element.
 const SIGNS: &[&str] = &["edgeIn", "edgeOut", "storageIn", "storageOut"];
 
-/// Refuses an element of which a part is not followed.
+/// Rejects an element with an unsupported or malformed attribute, position, pin or connection.
 pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     let name = node.tag_name().name();
     let called = format!("{name} with localId {}", node.attribute("localId").unwrap_or("?"));
@@ -21,10 +21,10 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     };
     let order_is_told = node.attribute("executionOrderId").is_some_and(|told| told.trim() != "0");
     if order_is_told && order(node).is_none() {
-        return refused("its executionOrderId is no number".to_owned());
+        return refused("its executionOrderId is not a number".to_owned());
     }
     if !has_place(node) {
-        return refused("its position is no pair of numbers".to_owned());
+        return refused("its position is not a pair of numbers".to_owned());
     }
     if name == "actionBlock" && !matches!(node.attribute("negated"), None | Some("false" | "0")) {
         return refused("a negated block of actions is not followed".to_owned());
@@ -34,7 +34,7 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     let has_way =
         children(node, "connectionPointIn").any(|point| child(point, "connection").is_some());
     if ["jump", "return"].contains(&name) && !has_way {
-        return refused("nothing leads to it".to_owned());
+        return refused("nothing is connected to it".to_owned());
     }
     for one in std::iter::once(node).chain(lists.flat_map(|list| children(list, "variable"))) {
         let is_pin = one != node;
@@ -86,7 +86,7 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
         ["connectionPointIn", "connectionPointOut"].contains(&one.tag_name().name())
     };
     for point in node.descendants().filter(is_point) {
-        // Of a block's own pins what stands right at them is followed.
+        // At pins of blocks (other than VAR_IN_OUT), a written expression is supported.
         let list = point.parent().and_then(|pin| pin.parent()).map(|list| list.tag_name().name());
         let is_followed = name == "block"
             && match point.tag_name().name() {
@@ -108,12 +108,12 @@ pub(super) fn checked(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Refuses what holds bodies in several languages, or several bodies: which of them is carried out is not clear.
+/// Rejects an element with several bodies, because it is unknown which of them is executed.
 pub(super) fn single(text: &Text, node: Node<'_, '_>) -> Result<(), Fault> {
     let languages = ["ST", "IL", "LD", "FBD", "SFC"];
     let is_body = |one: &Node<'_, '_>| languages.contains(&one.tag_name().name());
     if elements(node).filter(is_body).count() > 1 {
-        let message = "it holds bodies in several languages: which is carried out is not clear";
+        let message = "it has bodies in several languages: which one is executed is not clear";
         return Err(text.fault(node, message).help("leave one of them"));
     }
     Ok(())

@@ -1,5 +1,5 @@
-//! Conditions that are drawn, as expressions. What their blocks put out is read from variables, where an action of its
-//! own executes the blocks in each scan.
+//! Translates drawn conditions to expressions. If their blocks are executed by an action in each scan, the outputs are
+//! read from variables.
 
 use super::drawn::{drawing, leads_to_something};
 use super::reading::Reading;
@@ -10,16 +10,17 @@ use roxmltree::Node;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
-/// More elements are not looked at for one condition, each as often as ways lead through it.
+/// The maximum number of elements visited for one condition, each as often as paths lead through it.
 const VISITS: usize = 5_000;
 
-/// How deep ways may be followed.
+/// The maximum length of a path.
 const DEPTH: usize = 150;
 
-/// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
+/// Up to this many operands are joined in a chain; more are split in halves, so that expressions do not become too
+/// deep.
 const ROW: usize = 100;
 
-/// The value of a condition whose body is a drawing: what leads to its only coil, or to the right rail, or out of it.
+/// The condition given by a drawing: the incoming value of its only coil or output, or of the right power rail.
 pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Result<Expr, Fault> {
     let drawing = drawing(reading.text, body)?;
     let is_end = |one: &&Element| match one.kind {
@@ -34,8 +35,8 @@ pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Resu
     }
     let [end] = ends[..] else {
         let message = match ends[..] {
-            [] => "nothing says what the condition is",
-            _ => "several elements say what the condition is",
+            [] => "the condition has no coil or output",
+            _ => "the condition has several coils or outputs",
         };
         return Err(reading.text.fault(body, message).help("leave one coil or output in it"));
     };
@@ -50,7 +51,7 @@ pub(super) fn of_body(reading: &mut Reading<'_, '_>, body: Node<'_, '_>) -> Resu
     Ok(if is_negated { value.not() } else { value })
 }
 
-/// The value of a condition that leads to a transition through connections.
+/// The condition connected to a transition.
 pub(super) fn of_transition(
     reading: &mut Reading<'_, '_>,
     body: Node<'_, '_>,
@@ -61,7 +62,8 @@ pub(super) fn of_transition(
     let drawing = drawing(reading.text, body)?;
     let wires = from.iter().map(|(id, output)| {
         let missing = || {
-            let what = format!("{called}: a connection leads to localId {id}, which is not there");
+            let what =
+                format!("{called}: a connection refers to localId {id}, which does not exist");
             reading.text.fault(node, what).code(Code::Connection)
         };
         let from = drawing.all().find(|(_, one)| one.local_id == **id).ok_or_else(missing)?.0;
@@ -71,7 +73,7 @@ pub(super) fn of_transition(
     value(reading, &drawing, wires, called)
 }
 
-/// A condition's value.
+/// Translates the value that arrives through connections.
 fn value(
     reading: &mut Reading<'_, '_>,
     drawing: &Drawing,
@@ -81,14 +83,14 @@ fn value(
     if let Some(one) =
         drawing.elements.iter().find(|one| !drawing.is_executed_as_drawn && has_lost_sign(one))
     {
-        let what = "generators leave a sign of it out in a condition";
+        let what = "generators ignore a negation or an edge of it in a condition";
         let help =
-            "negate with a contact or a function NOT, and look at edges with R_TRIG or F_TRIG";
+            "negate with a contact or a function NOT, and detect edges with R_TRIG or F_TRIG";
         return Err(one.fault(what).code(Code::NotModelled).help(help));
     }
     let mut blocks = drawing.elements.iter().filter(|one| one.block().is_some());
     if let Some(one) = blocks.find(|one| !drawing.is_executed_as_drawn && one.order.is_some()) {
-        let what = "it has an executionOrderId in a condition: generators execute nothing that it asks for";
+        let what = "it has an executionOrderId in a condition: generators then do not execute the blocks that feed it";
         let help = "leave its executionOrderId out";
         return Err(one.fault(what).code(Code::NotModelled).help(help));
     }
@@ -109,7 +111,7 @@ fn value(
     Ok(value)
 }
 
-/// Whether an element has a sign that generators leave out.
+/// Whether an element has a negation or edge that generators ignore.
 fn has_lost_sign(one: &Element) -> bool {
     let is_negated = one.negated_in || one.negated_out;
     match &one.kind {
@@ -123,13 +125,13 @@ fn has_lost_sign(one: &Element) -> bool {
 
 struct Walk<'d> {
     drawing: &'d Drawing,
-    /// What has the condition, for messages.
+    /// The element that has the condition, for messages.
     called: &'d str,
-    /// Where the blocks are executed apart, the name of the condition.
+    /// The name of the condition if its blocks are executed by an action; otherwise `None`.
     apart: Option<String>,
-    /// Whether there is anything to execute.
+    /// Whether there are blocks or edges to execute.
     acts: bool,
-    /// The blocks that were met.
+    /// The blocks visited so far.
     met: BTreeSet<ElementId>,
     open: BTreeSet<ElementId>,
     visits: usize,
@@ -141,14 +143,14 @@ impl<'d> Walk<'d> {
     }
 
     fn remembers(&self, line: u32) -> Fault {
-        let help = "carry the block out in an action, and use what it puts out";
-        self.refused(line, "a condition with a block that remembers is not followed", help)
+        let help = "execute the block in an action, and use its output";
+        self.refused(line, "a condition with a block that keeps state is not followed", help)
     }
 
     fn joined(&mut self, from: &[Connection]) -> Result<Expr, Fault> {
         let ways = from.iter().map(|one| self.worth(one.from, &one.output));
         let ways = ways.collect::<Result<Vec<_>, _>>()?;
-        // What is not connected carries no power.
+        // Without a connection the value is FALSE.
         Ok(any_of(&ways).unwrap_or_else(|| Expr::bool(false)))
     }
 
@@ -157,15 +159,15 @@ impl<'d> Walk<'d> {
         self.visits += 1;
         if self.visits > VISITS {
             let help = "draw a part of it with a coil, and use that here";
-            let what = "its ways fork and join too often to be followed";
+            let what = "its paths fork and join too often to be followed";
             return Err(self.refused(one.line, what, help));
         }
         if self.open.len() > DEPTH {
-            let what = format!("more than {DEPTH} elements stand in a row behind it");
+            let what = format!("more than {DEPTH} elements are connected to it in series");
             return Err(one.fault(&what).code(Code::NotModelled).help("put a coil in between"));
         }
         if !self.open.insert(id) {
-            let what = "the ways through it come back to where they began";
+            let what = "the connections through it form a loop";
             return Err(one.fault(what).code(Code::Connection));
         }
         let found = self.put_out(id, one, output);
@@ -246,7 +248,7 @@ impl<'d> Walk<'d> {
         Ok(if is_negated { value.not() } else { value })
     }
 
-    /// What a pin is given, if it is given anything.
+    /// The value of a pin; `None` if it is unconnected.
     fn given(&mut self, given: &Given, is_negated: bool) -> Result<Option<Expr>, Fault> {
         let value = match given {
             Given::Nothing => return Ok(None),
@@ -256,7 +258,7 @@ impl<'d> Walk<'d> {
         Ok(Some(if is_negated { Expr::Not(Box::new(value)) } else { value }))
     }
 
-    /// A function with its inputs.
+    /// The call of a function with its inputs.
     fn called(&mut self, one: &Element, block: &Block) -> Result<Expr, Fault> {
         let mut given = Vec::new();
         for pin in &block.inputs {

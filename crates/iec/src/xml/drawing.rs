@@ -1,8 +1,8 @@
-//! Draws charts as the element SFC, in the forms that other tools follow.
+//! Writes charts as the element SFC, in forms that other tools understand.
 //!
-//! Tools that follow the drawings of the standard expect steps in front of a simultaneous convergence and transitions
-//! in front of a selection's: a step that a selection and a join come behind leads to both itself, and where ways out
-//! of parallels meet, all but one of them jump.
+//! Tools that read the standard's drawings expect steps before a simultaneous convergence and transitions before a
+//! selection's convergence. Therefore a step followed by both a selection and a convergence is connected to both
+//! directly, and if the exits of parallels meet, all but one are drawn as jumps.
 
 use super::kept::{Kept, number};
 use super::node::{ACTIVE, ELEMENT, ENTRY, EXIT, child};
@@ -15,12 +15,12 @@ use std::fmt::Write;
 
 pub(super) const HTML: &str = "http://www.w3.org/1999/xhtml";
 
-/// How wide a step is with its actions, a way out of it, and how high both are together.
+/// The width of a step with its actions, the width of a transition, and the height of both together.
 const STEP: usize = 260;
 const WAY: usize = 120;
 const HEIGHT: usize = 160;
 
-/// A text as XML has it.
+/// Escapes a text for XML.
 pub(super) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -35,10 +35,11 @@ pub(super) fn escaped(text: &str) -> String {
     out
 }
 
-/// What stands in the element of a chart. What the chart in whose place it is written has in common with it is kept.
+/// Writes the contents of a chart's element. Parts that are unchanged from `kept`, the chart that it replaces, are
+/// copied.
 ///
 /// # Errors
-/// What of it cannot be written, in words.
+/// The reason why a part of it cannot be written.
 pub(super) fn chart(chart: &Chart, kept: Option<&Kept<'_, '_>>) -> Result<String, String> {
     if let Some(own) = chart.macros.first() {
         return Err(format!("the macro step {} was not replaced before", own.name));
@@ -62,11 +63,11 @@ pub(super) fn chart(chart: &Chart, kept: Option<&Kept<'_, '_>>) -> Result<String
     Ok(text + &writer.text)
 }
 
-/// Where a chart's elements stand, and how its transitions lead to steps.
+/// The positions of a chart's elements, and which transitions are drawn to their steps.
 struct Layout {
     steps: Vec<(usize, usize)>,
     transitions: Vec<(usize, usize)>,
-    /// For each step the transitions that are drawn into it; all others jump.
+    /// For each step, the transitions connected to it; all others are drawn as jumps.
     into: Vec<Vec<usize>>,
 }
 
@@ -112,14 +113,14 @@ impl Layout {
     }
 }
 
-/// How far each step is from the start on the longest way on which none comes twice.
+/// The level of each step: the length of the longest forward path from the initial steps.
 fn levels(chart: &Chart) -> Vec<usize> {
     let count = chart.steps.len();
     let mut behind: Vec<Vec<usize>> = vec![Vec::new(); count];
     for one in &chart.transitions {
         one.from.iter().for_each(|&from| behind[from].extend(&one.to));
     }
-    // In which order steps are left for good, when each is followed to its end.
+    // The steps in depth-first postorder.
     let mut left = Vec::new();
     let mut seen = vec![false; count];
     let all = chart.initial().into_iter().chain(0..count);
@@ -153,13 +154,14 @@ struct Writer<'c, 'k, 'a, 'i> {
     kept: Option<&'k Kept<'a, 'i>>,
     text: String,
     next: u32,
-    /// Numbers of elements that are kept.
+    /// The numbers of elements that are copied.
     taken: BTreeSet<u32>,
-    /// The number of each step.
+    /// The number of each step's element.
     steps: Vec<u32>,
-    /// The elements that conditions are drawn with.
+    /// The elements of conditions that are copied.
     drawn: BTreeSet<usize>,
-    /// The elements of which documentation and data were written: what becomes two has them once.
+    /// The elements whose documentation and data have been written: if one element becomes two, only the first has
+    /// them.
     told: BTreeSet<usize>,
 }
 
@@ -180,7 +182,7 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         self.line(2, &format!("<position x=\"{x}\" y=\"{y}\"/>"));
     }
 
-    /// Points where an element is led into, each from one of these numbers.
+    /// Writes an input point for each source element.
     fn inputs(&mut self, from: &[u32]) {
         for id in from {
             self.line(2, "<connectionPointIn>");
@@ -193,14 +195,14 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         (0..count).for_each(|_| self.line(2, "<connectionPointOut formalParameter=\"\"/>"));
     }
 
-    /// The attributes of an element's old form besides these.
+    /// The attributes of the old element, except `besides`.
     fn attributes(&self, node: Option<Node<'a, 'i>>, besides: &[&str]) -> String {
         let node = node.filter(|node| !self.told.contains(&number(*node)));
         let all = node.and_then(|node| Some(self.kept?.attributes(node, besides)));
         all.unwrap_or_default()
     }
 
-    /// The parts of an element's old form that are kept; whether there are any.
+    /// Copies child elements of these names from the old element; whether there are any.
     fn parts(&mut self, level: usize, node: Option<Node<'a, 'i>>, names: &[&str]) -> bool {
         let (Some(node), Some(kept)) = (node, self.kept) else { return false };
         let parts = kept.written(node, names);
@@ -208,13 +210,13 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         !parts.is_empty()
     }
 
-    /// A bar between steps and transitions; its number.
+    /// Writes a divergence or convergence bar and returns its number.
     fn bar(&mut self, name: &str, at: (usize, usize), from: &[u32], out: usize) -> u32 {
         let id = self.number();
         self.line(1, &format!("<{name} localId=\"{id}\">"));
         self.position(at);
         self.inputs(from);
-        // The schema has names for the ways out of a bar that diverges alone.
+        // The schema allows named output points only at divergences.
         match name {
             "selectionConvergence" | "simultaneousConvergence" => {
                 self.line(2, "<connectionPointOut/>")
@@ -232,7 +234,7 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         let mut ways = vec![0; chart.steps.len()];
         let alone = chart.transitions.iter().filter(|one| one.from.len() == 1);
         alone.for_each(|one| ways[one.from[0]] += 1);
-        // What leads out of each step to a transition behind it alone: itself, or the bar of a selection.
+        // For each step, the element to which its transitions connect: the step itself or the bar of a selection.
         let mut out: Vec<u32> = self.steps.clone();
         for (step, &ways) in ways.iter().enumerate().filter(|(_, ways)| **ways > 1) {
             let (x, y) = layout.steps[step];
@@ -318,12 +320,13 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         Ok(id)
     }
 
-    /// Whether blocks of drawn conditions are executed by an action that is not written: they are drawn.
+    /// Whether the chart has the action that executes the blocks of drawn conditions. It is not written, because the
+    /// conditions are drawn.
     fn computes(&self) -> bool {
         self.chart.steps.iter().flat_map(|step| &step.blocks).any(is_computed)
     }
 
-    /// The parts at the end of an element's old form, which are written once.
+    /// Copies the last child elements of the old element, once.
     fn last(&mut self, level: usize, old: Option<Node<'a, 'i>>, names: &[&str]) {
         let old = old.filter(|node| self.told.insert(number(*node)));
         self.parts(level, old, names);
@@ -339,7 +342,7 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
 
     fn step(&mut self, at: usize, from: &[u32], place: (usize, usize)) -> Result<(), String> {
         let step = &self.chart.steps[at];
-        // A macro step without a chart of its own is written as a step.
+        // A macro step without a chart is written as a step.
         let old = self.kept.and_then(|kept| kept.step(step));
         let (id, name) = (self.steps[at], escaped(&step.name));
         let initial = if step.initial { " initialStep=\"true\"" } else { "" };
@@ -371,7 +374,7 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
         Ok(())
     }
 
-    /// The actions of a step itself, as CODESYS and TwinCAT write them.
+    /// Writes the step's own actions, as CODESYS and TwinCAT do.
     fn own_actions(&mut self, step: &Step) {
         let all = [(ENTRY, &step.entry), (ACTIVE, &step.active), (EXIT, &step.exit)];
         if all.iter().all(|(_, path)| path.is_none()) {
@@ -432,35 +435,37 @@ impl<'a, 'i> Writer<'_, '_, 'a, 'i> {
     }
 }
 
-/// Whether a block is that of the action for drawn conditions.
+/// Whether an action block names the action that executes the blocks of drawn conditions.
 fn is_computed(block: &Block) -> bool {
     matches!(&block.target, Target::Path(path) if path.as_name() == Some(COMPUTED))
 }
 
-/// Whether a transition's condition is written in it.
+/// Whether the condition is written in the transition's element.
 fn is_inline(transition: Node<'_, '_>) -> bool {
     child(transition, "condition").is_some_and(|own| child(own, "inline").is_some())
 }
 
-/// A body as structured text.
+/// A body as structured text; the reason if it cannot be written so.
 pub(super) fn in_text(body: &Body) -> Result<String, String> {
     match body {
         Body::Code(_, statements) => {
             let mut keeps = false;
             visit(statements, &mut |one| keeps |= matches!(one.kind, Kind::Keep(..)));
             match keeps {
-                true => Err("it keeps a result for itself, and has no form in text".to_owned()),
+                true => {
+                    Err("it uses a temporary result, which cannot be written as text".to_owned())
+                }
                 false => Ok(show::statements(statements, 0)),
             }
         }
         Body::Drawn(_, drawings) if drawings.is_empty() => Ok(String::new()),
-        Body::Drawn(..) => Err("it is drawn, and has no form in text".to_owned()),
+        Body::Drawn(..) => Err("it is drawn, and cannot be written as text".to_owned()),
         Body::Unread(_, fault) => Err(format!("line {}: {}", fault.line, fault.message)),
-        Body::Chart(_) => Err("a chart has no form in an action block".to_owned()),
+        Body::Chart(_) => Err("a chart cannot be written in an action block".to_owned()),
     }
 }
 
-/// Where a transition stands.
+/// The place of a transition, for messages.
 fn place_of(one: &Transition) -> String {
     match &one.id {
         Some(id) => format!("(line {}, localId {id})", one.line),
@@ -468,8 +473,8 @@ fn place_of(one: &Transition) -> String {
     }
 }
 
-/// The number of each transition that competes: above those of all its rivals in front of it, which need not be each
-/// other's.
+/// The priority number of each competing transition, greater than those of all its competitors before it; `None` if it
+/// does not compete. Competitors of one transition need not compete with each other.
 fn ranks(chart: &Chart) -> Vec<Option<usize>> {
     let mut behind: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
     for (at, one) in chart.transitions.iter().enumerate() {

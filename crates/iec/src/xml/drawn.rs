@@ -1,4 +1,4 @@
-//! Reads ladder and function block diagrams as data.
+//! Reads ladder and function block diagrams.
 
 use super::checked::checked;
 use super::execute::code;
@@ -14,10 +14,10 @@ use roxmltree::Node;
 use scanbound_base::code::Code;
 use std::collections::BTreeMap;
 
-/// Elements that say nothing of what is executed.
+/// Elements that are not executed.
 const BESIDE: &[&str] = &["comment", "vendorElement", "addData", "documentation", "position"];
 
-/// Functions that are drawn with a sign.
+/// Functions that some tools draw with a symbol, and their names.
 const OPERATORS: &[(&str, &str)] = &[
     ("+", "ADD"),
     ("-", "SUB"),
@@ -35,19 +35,19 @@ const OPERATORS: &[(&str, &str)] = &[
     (":=", "MOVE"),
 ];
 
-/// A drawing while it is read.
+/// The state while a drawing is read.
 struct Reader<'a, 'i> {
     text: &'a Text,
     nodes: Vec<Node<'a, 'i>>,
     ids: BTreeMap<&'a str, ElementId>,
 }
 
-/// An element and its number, for messages.
+/// The name of an element for messages.
 fn called(node: Node<'_, '_>) -> String {
     format!("{} with localId {}", node.tag_name().name(), node.attribute("localId").unwrap_or("?"))
 }
 
-/// Reads the drawing of a body.
+/// Reads the drawing in a body.
 pub(super) fn drawing(text: &Text, body: Node<'_, '_>) -> Result<Drawing, Fault> {
     let mut reader = Reader { text, nodes: Vec::new(), ids: BTreeMap::new() };
     for node in elements(body).filter(|node| !BESIDE.contains(&node.tag_name().name())) {
@@ -150,7 +150,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         })
     }
 
-    /// The elements of a kind that have the same name as this one.
+    /// The elements of type `kind` with the same name as `node`.
     fn named_like(
         &self,
         kind: &'static str,
@@ -160,14 +160,17 @@ impl<'a, 'i> Reader<'a, 'i> {
         all.filter(move |one| one.attribute("name") == node.attribute("name"))
     }
 
-    /// Everything that leads to an element or to one of its pins.
+    /// All connections to the points in `at`, which is the element `of` or one of its pins.
     fn connections(&self, of: Node<'_, '_>, at: Node<'_, '_>) -> Result<Vec<Connection>, Fault> {
         let points = children(at, "connectionPointIn");
         let connections = points.flat_map(|point| children(point, "connection"));
         let found = connections.filter_map(|one| Some((one.attribute("refLocalId")?, one)));
         let found = found.map(|(id, one)| {
             let missing = || {
-                self.wrong(of, &format!("a connection leads to localId {id}, which is not there"))
+                self.wrong(
+                    of,
+                    &format!("a connection refers to localId {id}, which does not exist"),
+                )
             };
             let from = *self.ids.get(id).ok_or_else(missing)?;
             let output = one.attribute("formalParameter").unwrap_or_default().to_owned();
@@ -233,15 +236,15 @@ impl<'a, 'i> Reader<'a, 'i> {
         match parse::expression(text, line)? {
             Expr::Variable(target) => Ok(target),
             _ => {
-                let what = format!("'{}' is written to, and is no variable", text.trim());
+                let what = format!("'{}' is written to, but is not a variable", text.trim());
                 Err(self.text.fault(node, format!("{}: {what}", called(node))))
             }
         }
     }
 }
 
-/// Refuses contacts, blocks and expressions that lead to none of these: whether a controller looks at them is not
-/// known. Generators leave expressions out.
+/// Rejects contacts, blocks and expressions from which no connection leads to one of `ends`: it is unknown whether a
+/// controller evaluates them. Expressions are accepted in generated code, which omits them.
 pub(super) fn leads_to_something(
     drawing: &Drawing,
     ends: impl IntoIterator<Item = ElementId>,
@@ -258,14 +261,14 @@ pub(super) fn leads_to_something(
         None => Ok(()),
         Some((_, one)) => {
             one.operand_is_there()?;
-            let what = "it leads to nothing that is executed: whether a controller looks at it is not known";
-            let help = "lead it to a coil, an output or a block, or take it out of the drawing";
+            let what = "it is connected to nothing that is executed: whether a controller evaluates it is not known";
+            let help = "connect it to a coil, an output or a block, or take it out of the drawing";
             Err(one.fault(what).code(Code::NotModelled).help(help))
         }
     }
 }
 
-/// Refuses ways without a block that come back to where they began.
+/// Rejects loops that pass through no block.
 fn leads_on(drawing: &Drawing) -> Result<(), Fault> {
     let passes = |id: &ElementId| {
         let leaves = |kind: &ElementKind| {
@@ -288,7 +291,7 @@ fn leads_on(drawing: &Drawing) -> Result<(), Fault> {
                 continue;
             };
             if is_open[next.0] {
-                let what = "the ways through it come back to where they began";
+                let what = "the connections through it form a loop";
                 return Err(drawing.element(next).fault(what).code(Code::Connection));
             }
             if std::mem::replace(&mut seen[next.0], true) {
@@ -305,7 +308,7 @@ fn leads_on(drawing: &Drawing) -> Result<(), Fault> {
 fn named(name: &str, line: u32) -> Result<Path, Fault> {
     match parse::expression(name, line)? {
         Expr::Variable(path) => Ok(path),
-        _ => Err(Fault::new(line, format!("'{name}' is no name"))),
+        _ => Err(Fault::new(line, format!("'{name}' is not a name"))),
     }
 }
 

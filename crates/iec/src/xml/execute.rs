@@ -1,4 +1,4 @@
-//! EXECUTE boxes: structured text in a drawing, as CODESYS, TwinCAT and OpenPLC write it.
+//! EXECUTE boxes: structured text in a drawing, as written by CODESYS, TwinCAT and OpenPLC.
 
 use super::allowed::data_name;
 use super::node::{Text, child, children, elements, name_of, pins};
@@ -8,7 +8,7 @@ use crate::parse;
 use roxmltree::Node;
 use scanbound_base::code::Code;
 
-/// The statements of an EXECUTE box, or what is wrong with it; other blocks have none.
+/// The statements of an EXECUTE box, or the fault in it; `None` if the block contains no structured text.
 pub(super) fn code(text: &Text, node: Node<'_, '_>) -> Option<Result<Vec<Statement>, Fault>> {
     let data = child(node, "addData").into_iter().flat_map(|all| children(all, "data"));
     let mut codes = data.filter(|one| data_name(*one) == Some("stcode")).flat_map(elements);
@@ -24,7 +24,7 @@ pub(super) fn code(text: &Text, node: Node<'_, '_>) -> Option<Result<Vec<Stateme
         node.attribute("typeName").is_some_and(|of| of.eq_ignore_ascii_case("EXECUTE"))
             && node.attribute("instanceName").is_none_or(str::is_empty);
     if !is_execute {
-        return refused("it holds structured text and is no EXECUTE box");
+        return refused("it holds structured text and is not an EXECUTE box");
     }
     if codes.next().is_some() {
         return refused("it holds structured text twice");

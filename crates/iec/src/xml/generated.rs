@@ -1,4 +1,4 @@
-//! Refuses drawings of which generators of text (Beremiz, OpenPLC) make something else than they show.
+//! Rejects drawings for which text generators (Beremiz, OpenPLC) produce other code than the drawing shows.
 
 use crate::ast::{Expr, Operator};
 use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
@@ -6,24 +6,24 @@ use crate::fault::Fault;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
-/// Refuses a drawing that generators do not write as it is shown.
+/// Rejects a drawing that generators do not translate as drawn.
 pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
     for one in &drawing.elements {
         if let Some(from) = one.sources().find(|from| is_unclear(drawing.element(from.from), from))
         {
             let from = drawing.element(from.from).called();
-            let what = format!("which output of {from} leads to it is not said");
+            let what = format!("the connection to it does not name the output of {from}");
             let help = "draw the connection anew: formalParameter names the output";
             return Err(one.fault(&what).code(Code::Connection).help(help));
         }
         let refused =
             |what: &str, help: &str| Err(one.fault(what).code(Code::NotModelled).help(help));
         if takes_copy(drawing, one) {
-            let what = "generators copy what an instance gives to a pin that is handed over in and out, and what such a pin of an instance gives back";
+            let what = "generators copy an instance's output that goes to a VAR_IN_OUT pin, and the output side of an instance's VAR_IN_OUT pin";
             return refused(what, "connect the variable itself to every element that uses it");
         }
         if one.block().is_some_and(is_swapped) {
-            let what = "generators hand its pins over as the file has them, which is not the order of their names";
+            let what = "generators pass its pins in the order of the file, which is not the order of their names";
             return refused(what, "draw the block anew");
         }
         if is_pasted(drawing, one) {
@@ -35,12 +35,13 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Whether a connection names no output, and there are several: generators look for it by places.
+/// Whether a connection does not name one of several outputs; generators then choose by position.
 fn is_unclear(from: &Element, connection: &Connection) -> bool {
     connection.output.is_empty() && from.block().is_some_and(|block| block.outputs.len() > 1)
 }
 
-/// Whether an element takes what an instance gives back, or hands an instance's output over in and out.
+/// Whether an element uses the output side of an instance's VAR_IN_OUT, or passes an instance's output to a VAR_IN_OUT:
+/// generators copy such values.
 fn takes_copy(drawing: &Drawing, one: &Element) -> bool {
     let gives_back = |from: &Connection| {
         let source = drawing.element(from.from);
@@ -59,7 +60,7 @@ fn takes_copy(drawing: &Drawing, one: &Element) -> bool {
     one.sources().any(gives_back) || handed.any(|from| drawing.element(from.from).is_instance())
 }
 
-/// Whether the pins of a function that may have more of them, and of which the order matters, stand in another order.
+/// Whether the numbered pins of an extensible function whose order matters are not in ascending order.
 fn is_swapped(block: &Block) -> bool {
     const FUNCTIONS: &[&str] = &["GT", "GE", "LT", "LE", "MUX", "CONCAT"];
     let name = block.function.as_ref().ok().and_then(|path| path.as_name());
@@ -71,7 +72,7 @@ fn is_swapped(block: &Block) -> bool {
     is_one && block.instance.is_none() && !numbers.is_sorted()
 }
 
-/// Whether OR or XOR is written next to AND without parentheses, in front of an element.
+/// Whether generators write OR or XOR next to AND without parentheses for this element.
 fn is_pasted(drawing: &Drawing, one: &Element) -> bool {
     let is_weak = |from: &Connection| is_weak(drawing, from.from);
     match (&one.kind, &one.inputs[..]) {
@@ -85,7 +86,7 @@ fn is_pasted(drawing: &Drawing, one: &Element) -> bool {
     }
 }
 
-/// Whether what an element gives is written as OR or XOR of something.
+/// Whether the value of an element is written as an OR or XOR.
 fn is_weak(drawing: &Drawing, from: ElementId) -> bool {
     let mut seen = BTreeSet::new();
     let mut open = vec![from];
@@ -109,7 +110,7 @@ fn is_weak(drawing: &Drawing, from: ElementId) -> bool {
     false
 }
 
-/// Whether an element's expression is an OR or XOR, and is written without a sign around it.
+/// Whether an element's expression is an OR or XOR that is written without NOT or an edge around it.
 fn has_weak_operand(one: &Element) -> bool {
     let is_signed = one.kind == ElementKind::Contact && (one.negated_in || one.edge.is_some());
     let weak = |operator| matches!(operator, Operator::Or | Operator::Xor | Operator::OrElse);

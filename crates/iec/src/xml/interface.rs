@@ -1,4 +1,4 @@
-//! Variables and types.
+//! Reads the declarations of variables and types.
 
 use super::node::{Text, child, children, elements, is};
 use crate::ast::{Argument, Expr, Listing};
@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::{Section, TypeRef, Variable, parse, same};
 use roxmltree::Node;
 
-/// The variables of an interface, or of a list of globals.
+/// The variables of an interface or of a list of global variables.
 pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
     let mut found = Vec::new();
     for list in elements(node) {
@@ -46,7 +46,7 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
         .collect()
 }
 
-/// What FB_Init of an instance is handed, as CODESYS and TwinCAT write it.
+/// The arguments of an instance's FB_Init, as CODESYS and TwinCAT write them; `None` if there are none.
 fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
     let inside = child(variable, "addData")?.descendants();
     let all = inside.filter(|one| one.tag_name().name() == "InputAssignment");
@@ -62,8 +62,8 @@ fn constructed(variable: Node<'_, '_>, line: u32) -> Option<Expr> {
     (!given.is_empty()).then_some(Expr::List(Listing::Parts, given))
 }
 
-/// What a variable or a part of one holds at first: one element says it, or text in its place. What says nothing, or
-/// cannot be read, is some value.
+/// The initial value in an element, or text in place of one. An empty or unreadable value becomes [`Listing::Unread`],
+/// an unknown value.
 pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::List(Listing::Unread, Vec::new());
     let texts = node.children().filter(Node::is_text).filter_map(|one| one.text());
@@ -76,7 +76,7 @@ pub(super) fn begins_with(node: Node<'_, '_>, line: u32) -> Expr {
     }
 }
 
-/// What a value says; what cannot be read is some value.
+/// The initial value of a value element; an unreadable one becomes [`Listing::Unread`].
 fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     let some = || Expr::List(Listing::Unread, Vec::new());
     let named = |(name, one): (Option<&str>, Node<'_, '_>)| {
@@ -108,7 +108,7 @@ fn initial(value: Node<'_, '_>, line: u32) -> Expr {
     text.and_then(|text| parse::expression(text, line).ok()).unwrap_or_else(some)
 }
 
-/// The type that an element holds.
+/// The type in an element; a type with an empty name if there is none.
 pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
     let Some(of) = elements(node).next() else { return TypeRef::Named(String::new()) };
     let base = || child(of, "baseType").map(|base| type_ref(text, base));
@@ -159,15 +159,15 @@ pub(super) fn type_ref(text: &Text, node: Node<'_, '_>) -> TypeRef {
     }
 }
 
-/// Takes over direct addresses from the declaration as text, which TwinCAT and CODESYS write beside the elements.
+/// Adds addresses and attributes from the declaration as text, which TwinCAT and CODESYS write beside the elements.
 ///
 /// # Errors
-/// That a pragma or a comment in it is not read, or that it says what the elements do not and cannot be read.
+/// A pragma or comment in it that is not supported, or a text that cannot be read and may say more than the elements.
 pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Result<(), Fault> {
     parse::pragmas(declaration)?;
     let written = match parse::declarations(declaration, 1) {
         Ok(written) => written,
-        // The elements say the same, but for these.
+        // The elements contain the same, except for these words.
         Err(fault) => {
             let mut words = declaration.split(|c: char| !c.is_alphanumeric() && c != '_');
             let says_more = words.any(|word| {
@@ -177,7 +177,7 @@ pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Res
         }
     };
     let is_apart = |one: &&Variable| matches!(one.section, Section::Static | Section::Instance);
-    // What no element has a place for.
+    // Variables that have no section in the elements.
     for one in written.iter().filter(is_apart) {
         variables.retain(|own| !same(&own.name, &one.name));
         variables.push(one.clone());
@@ -192,7 +192,7 @@ pub(super) fn addresses(variables: &mut Vec<Variable>, declaration: &str) -> Res
     Ok(())
 }
 
-/// The function block that a declaration as text extends.
+/// The function block that a declaration as text extends, if any.
 pub(super) fn extends(declaration: &str) -> Option<String> {
     let mut words = declaration.split_whitespace();
     words.find(|word| same(word, "FUNCTION_BLOCK"))?;

@@ -1,8 +1,8 @@
-//! What is kept of a chart that stands in a file when another one takes its place.
+//! Finds the parts of a chart in a file that are kept when a rewritten chart replaces it.
 //!
-//! Rewriting changes how steps and transitions hang together, and adds to conditions. What it leaves alone stays as it
-//! is written, whatever its language: bodies of actions, conditions and the elements that these are drawn with,
-//! comments, documentation, vendors' data.
+//! Rewriting changes the connections of steps and transitions and extends conditions. Everything else is copied as it
+//! stands in the file, in any language: bodies of actions, conditions with the elements that draw them, comments,
+//! documentation, and vendors' data.
 
 use super::node::{BESIDE, ELEMENTS, Text, child, children, elements, inputs, sources};
 use super::reading::language;
@@ -10,23 +10,23 @@ use crate::chart::{Block, Chart, Step, Target, Transition};
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What tells an element of a file from all others.
+/// A number that identifies an element within its file.
 pub(super) fn number(node: Node<'_, '_>) -> usize {
     node.id().get_usize()
 }
 
-/// A chart's element, and the chart that was read from it.
+/// The chart's element in the file, and the chart read from it.
 pub(super) struct Kept<'a, 'i> {
     file: &'a str,
     lines: &'a Text,
     element: Node<'a, 'i>,
     before: &'a Chart,
-    /// Steps and transitions by their numbers and lines. Those of macro steps have numbers of their own: what is not
-    /// the only one is none.
+    /// Steps and transitions by `localId` and line. Charts of macro steps have their own numbering, so an ambiguous key
+    /// has `None`.
     known: BTreeMap<(&'a str, u32), Option<Node<'a, 'i>>>,
-    /// The transitions as they were read, likewise.
+    /// The transitions as read, by `localId` and line.
     transitions: BTreeMap<(&'a str, u32), &'a Transition>,
-    /// The action blocks by their lines, with their elements.
+    /// The action blocks by line, with their elements.
     actions: BTreeMap<u32, Vec<(&'a Block, Node<'a, 'i>)>>,
 }
 
@@ -86,7 +86,7 @@ impl<'a, 'i> Kept<'a, 'i> {
             };
             let own = own.flat_map(|block| children(*block, "action")).filter(names);
             let own: Vec<Node<'_, '_>> = own.collect();
-            // Those of a macro step that it stands in come first.
+            // The blocks of an enclosing macro step come first.
             let first = step.blocks.len().saturating_sub(own.len());
             for (block, node) in step.blocks[first..].iter().zip(own) {
                 if self.lines.line(node) == block.line {
@@ -101,7 +101,7 @@ impl<'a, 'i> Kept<'a, 'i> {
         &self.file[node.range()]
     }
 
-    /// The element's own tag, with what it declares.
+    /// The text of the element's start tag with its declarations.
     pub(super) fn opening(&self) -> Option<&'a str> {
         let first = self.element.first_child()?;
         self.file.get(self.element.range().start..first.range().start)
@@ -111,17 +111,17 @@ impl<'a, 'i> Kept<'a, 'i> {
         *self.known.get(&(id?.as_str(), line))?
     }
 
-    /// The element of a step.
+    /// The element of a step; `None` if it is new or ambiguous.
     pub(super) fn step(&self, step: &Step) -> Option<Node<'a, 'i>> {
         self.known(step.id.as_ref(), step.line)
     }
 
-    /// The element of a transition.
+    /// The element of a transition; `None` if it is new or ambiguous.
     pub(super) fn transition(&self, one: &Transition) -> Option<Node<'a, 'i>> {
         self.known(one.id.as_ref(), one.line)
     }
 
-    /// The element of an action block.
+    /// The element of an action block; `None` if it is new.
     pub(super) fn action(&self, block: &Block) -> Option<Node<'a, 'i>> {
         let plain = |name: &str| name.replace('.', "_");
         let is_it = |one: &Block| match (&one.target, &block.target) {
@@ -134,19 +134,20 @@ impl<'a, 'i> Kept<'a, 'i> {
         all.iter().find(|(one, _)| is_it(one)).map(|(_, node)| *node)
     }
 
-    /// The attributes of an element besides these.
+    /// The attributes of an element as text, except `besides`.
     pub(super) fn attributes(&self, node: Node<'a, 'i>, besides: &[&str]) -> String {
         let own = node.attributes().filter(|one| !besides.contains(&one.name()));
         own.map(|one| format!(" {}", &self.file[one.range()])).collect()
     }
 
-    /// The children of these names as they are written.
+    /// The text of the child elements of these names.
     pub(super) fn written(&self, node: Node<'a, 'i>, names: &[&str]) -> Vec<&'a str> {
         let own = elements(node).filter(|one| names.contains(&one.tag_name().name()));
         own.map(|one| self.slice(one)).collect()
     }
 
-    /// A transition's condition as it is written, if nothing was added to it, with the elements that it is drawn with.
+    /// The text of a transition's condition, if it is unchanged, with the elements that draw it. `None` if it must be
+    /// written anew.
     pub(super) fn condition(&self, one: &Transition) -> Option<(&'a str, Vec<Node<'a, 'i>>)> {
         let node = self.transition(one)?;
         let before = self.transitions.get(&(one.id.as_deref()?, one.line))?;
@@ -154,7 +155,7 @@ impl<'a, 'i> Kept<'a, 'i> {
         let drawn = child(own, "inline").is_none() && child(own, "reference").is_none();
         let mut with = Vec::new();
         if drawn {
-            // Elements of macro steps' charts would meet others of their numbers.
+            // Elements in a macro step's chart are not copied, because their numbers would clash with others.
             node.parent().filter(|around| *around == self.element)?;
             let point = child(own, "connectionPointIn").unwrap_or(own);
             let mut open: Vec<&str> = sources(point).into_iter().map(|(id, _)| id).collect();
@@ -176,13 +177,14 @@ impl<'a, 'i> Kept<'a, 'i> {
         Some((self.slice(own), with))
     }
 
-    /// The numbers of the elements that may be kept.
+    /// The numbers of the elements that may be copied.
     pub(super) fn numbers(&self) -> BTreeSet<u32> {
         let own = elements(self.element).filter(|one| !ELEMENTS.contains(&one.tag_name().name()));
         own.filter_map(|one| one.attribute("localId")?.trim().parse().ok()).collect()
     }
 
-    /// What belongs to no step and no transition, and these elements, in the order of the file.
+    /// The text of comments and other elements outside of steps and transitions, and of the elements in `drawn`, in the
+    /// order of the file.
     pub(super) fn beside(&self, drawn: &BTreeSet<usize>) -> Vec<&'a str> {
         let is_kept = |node: &Node<'_, '_>| {
             node.is_comment()

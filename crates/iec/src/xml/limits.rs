@@ -1,19 +1,19 @@
-//! What a file may hold at most, so that reading it takes no longer than its length says: a reader of XML compares each
-//! name space with all around it, and each attribute with all others of its element.
+//! Limits for XML files, so that parsing stays fast: the XML parser compares each namespace with all enclosing ones,
+//! and each attribute with all others of its element.
 
 use crate::fault::Fault;
 use scanbound_base::code::Code;
 
-/// How many name spaces may be declared in elements around each other.
+/// The maximum number of namespaces declared in an element and those around it.
 const SPACES: usize = 200;
 
-/// How many attributes an element may have.
+/// The maximum number of attributes of an element.
 const ATTRIBUTES: usize = 500;
 
-/// How deep elements may stand in each other.
+/// The maximum nesting depth of elements.
 const DEPTH: usize = 1_000;
 
-/// Refuses a text that a reader would take too long for. What is no XML is for the reader to tell.
+/// Rejects a text that exceeds a limit. Malformed XML is accepted here, because the parser reports it.
 pub(super) fn within(text: &str) -> Result<(), Fault> {
     let mut around: Vec<usize> = Vec::new();
     let mut spaces = 0;
@@ -47,16 +47,18 @@ pub(super) fn within(text: &str) -> Result<(), Fault> {
         around.push(tag.spaces);
         spaces += tag.spaces;
         if spaces > SPACES {
-            return told(format!("more than {SPACES} name spaces are declared around an element"));
+            return told(format!(
+                "more than {SPACES} namespaces are declared in an element and those around it"
+            ));
         }
         if around.len() > DEPTH {
-            return told(format!("more than {DEPTH} elements stand in each other"));
+            return told(format!("more than {DEPTH} elements are nested"));
         }
     }
     Ok(())
 }
 
-/// A tag: how long it is, and what it declares.
+/// A tag: its length in bytes, the number of its attributes and of its namespace declarations.
 struct Tag {
     length: usize,
     attributes: usize,
@@ -64,7 +66,7 @@ struct Tag {
     is_closed: bool,
 }
 
-/// Reads a tag up to its end; nothing, if it has none.
+/// Reads a tag up to its end; `None` if it has no end.
 fn tag(text: &str) -> Option<Tag> {
     let bytes = text.as_bytes();
     let mut tag = Tag { length: 0, attributes: 0, spaces: 0, is_closed: false };

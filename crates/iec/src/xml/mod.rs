@@ -1,6 +1,7 @@
-//! PLCopen TC6 XML (1.01, 2.0, 2.01), also as CODESYS and TwinCAT write it, whose units stand among additional data.
+//! PLCopen TC6 XML (1.01, 2.0, 2.01), also in the form of CODESYS and TwinCAT, which put some units into additional
+//! data.
 //!
-//! Entities are not read, so that a small file cannot become a large one.
+//! Document types and entities are rejected, so that a small file cannot expand to a large one.
 
 mod allowed;
 mod body;
@@ -25,7 +26,7 @@ use node::Text;
 use roxmltree::{Document, Error};
 use scanbound_base::code::Code;
 
-/// Whether a text that begins so is a project in PLCopen XML.
+/// Whether a file that begins with this text is a project in PLCopen XML.
 #[must_use]
 pub fn begins(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
@@ -35,15 +36,15 @@ pub fn begins(text: &str) -> bool {
         || text.starts_with('<') && text.contains("project xmlns") && text.contains("plcopen")
 }
 
-/// Reads a file.
+/// Reads a project. `name` is the file's name.
 ///
 /// # Errors
-/// What is wrong with it, all that could be found.
+/// All faults that were found in the file.
 pub fn file(name: &str, text: &str) -> Result<Project, Vec<Fault>> {
     file_as(name, text, None)
 }
 
-/// The same with the reading of comments in its code that is stated.
+/// Like [`file`], but with the rule for nested comments in its code fixed by `comments`, unless that is `None`.
 pub(super) fn file_as(
     name: &str,
     text: &str,

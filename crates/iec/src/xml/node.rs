@@ -1,21 +1,21 @@
-//! Elements of XML, with their lines.
+//! Access to XML elements and their lines.
 
 use crate::comment::{Comments, without_comments};
 use crate::fault::Fault;
 use roxmltree::{Document, Node};
 use scanbound_base::code::Code;
 
-/// Additional data of an element of a chart, and the marks of a step's own actions there.
+/// The name of CODESYS's additional data of chart elements, and the GUIDs of a step's own actions in it.
 pub(super) const ELEMENT: &str = "http://www.3s-software.com/plcopenxml/sfc/element";
 pub(super) const ACTIVE: &str = "700a583f-b4d4-43e4-8c14-629c7cd3bec8";
 pub(super) const ENTRY: &str = "a6b08bd8-b696-47e3-9cbf-7408b61c9ff8";
 pub(super) const EXIT: &str = "a2621e18-7de3-4ea6-ae6d-89e9e0b7befd";
-/// Whether a step is left out, how long it is active at least and at most.
+/// The GUIDs of a step's further attributes: excluded, minimum time, maximum time.
 pub(super) const EXCLUDED: &str = "01580b27-6378-448b-8ecb-0e4b795b58d6";
 pub(super) const LEAST: &str = "cacf1a68-236e-47c2-b7b1-1cf9199718cb";
 pub(super) const MOST: &str = "b693554c-1b01-4a8d-afde-9e3a46f7465d";
 
-/// The elements of a chart.
+/// The elements that make up a chart.
 pub(super) const ELEMENTS: &[&str] = &[
     "step",
     "macroStep",
@@ -28,18 +28,18 @@ pub(super) const ELEMENTS: &[&str] = &[
     "simultaneousConvergence",
 ];
 
-/// Elements that belong to no other one.
+/// Elements that are not connected to others.
 pub(super) const BESIDE: &[&str] = &["comment", "vendorElement", "addData", "documentation"];
 
-/// Elements of a text that stand on lines of their own.
+/// Elements of text that begin and end lines.
 const LINES: &[&str] = &["br", "xhtml", "html", "body", "p", "div", "pre"];
 
-/// A file's text, of which lines are told.
+/// The text of a file, for computing line numbers.
 pub(super) struct Text {
     starts: Vec<usize>,
-    /// Whether CODESYS or TwinCAT wrote it.
+    /// Whether CODESYS or TwinCAT wrote the file.
     pub(super) is_codesys: bool,
-    /// How comments are read, where that is stated.
+    /// The rule for nested comments, if it is stated.
     comments: Option<Comments>,
 }
 
@@ -57,19 +57,19 @@ impl Text {
         }
     }
 
-    /// What is written at a point in place of a connection, and in which line.
+    /// The expression written at a connection point in place of a connection, and its line; `None` if there is none.
     pub(super) fn written(&self, point: Node<'_, '_>) -> Option<(String, u32)> {
         let written = child(point, "expression").map(|one| self.content(one));
         written.filter(|(text, _)| !text.trim().is_empty())
     }
 
-    /// The line of an element or a text.
+    /// The line of a node, from 1.
     pub(super) fn line(&self, node: Node<'_, '_>) -> u32 {
         let at = node.range().start;
         u32::try_from(self.starts.partition_point(|&start| start <= at)).unwrap_or(u32::MAX)
     }
 
-    /// A fault at an element.
+    /// A fault at an element, with its line and `localId`.
     pub(super) fn fault(&self, node: Node<'_, '_>, message: impl Into<String>) -> Fault {
         let shown = match node.attribute("localId") {
             Some(id) => format!("<{} localId=\"{id}\">", node.tag_name().name()),
@@ -81,8 +81,8 @@ impl Text {
             .help("export it again as PLCopen XML, or mend it in its editor")
     }
 
-    /// What is written in an element, and the line where that begins. Paragraphs and `<br/>` end lines, as they do on
-    /// the page.
+    /// The text in an element, and the line where it begins. Paragraphs and `<br/>` become line ends; comments are
+    /// blanked if a rule for nesting is stated.
     pub(super) fn content(&self, node: Node<'_, '_>) -> (String, u32) {
         let mut written = String::new();
         let mut open = vec![(node, false)];
@@ -108,12 +108,12 @@ impl Text {
     }
 }
 
-/// Whether an element of a text begins a line, or ends one.
+/// Whether an element of text begins and ends a line.
 fn is_line(node: Node<'_, '_>) -> bool {
     LINES.contains(&node.tag_name().name())
 }
 
-/// The children of this name.
+/// The child elements of this name.
 pub(super) fn children<'a, 'i>(
     node: Node<'a, 'i>,
     name: &'static str,
@@ -121,22 +121,22 @@ pub(super) fn children<'a, 'i>(
     node.children().filter(move |child| child.is_element() && child.tag_name().name() == name)
 }
 
-/// The first child of this name.
+/// The first child element of this name.
 pub(super) fn child<'a, 'i>(node: Node<'a, 'i>, name: &'static str) -> Option<Node<'a, 'i>> {
     children(node, name).next()
 }
 
-/// The elements that are children.
+/// All child elements.
 pub(super) fn elements<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(Node::is_element)
 }
 
-/// Whether an attribute says true.
+/// Whether an attribute is `true` or `1`.
 pub(super) fn is(node: Node<'_, '_>, attribute: &str) -> bool {
     matches!(node.attribute(attribute), Some("true" | "1"))
 }
 
-/// The numbers of the elements that lead to a point, and which of their outputs.
+/// For each connection at a point, the `localId` of its source and the name of the source's output, if one is stated.
 pub(super) fn sources<'a>(point: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
     let connections = children(point, "connection");
     connections
@@ -147,12 +147,12 @@ pub(super) fn sources<'a>(point: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)
         .collect()
 }
 
-/// The same of all points where an element takes something in.
+/// The connections at all input points of an element, in the form of [`sources`].
 pub(super) fn inputs<'a>(node: Node<'a, '_>) -> Vec<(&'a str, Option<&'a str>)> {
     children(node, "connectionPointIn").flat_map(sources).collect()
 }
 
-/// The pins of a block in one of its lists.
+/// The pins in one of the lists of a block, such as `inputVariables`.
 pub(super) fn pins<'a, 'i: 'a>(
     node: Node<'a, 'i>,
     list: &'static str,
@@ -160,12 +160,12 @@ pub(super) fn pins<'a, 'i: 'a>(
     child(node, list).into_iter().flat_map(|list| children(list, "variable"))
 }
 
-/// The name of a pin.
+/// The name of a pin; empty if it has none.
 pub(super) fn name_of<'a>(pin: Node<'a, '_>) -> &'a str {
     pin.attribute("formalParameter").unwrap_or_default()
 }
 
-/// How far down and how far to the right an element stands, in tenths of the file's unit.
+/// The position (down, right) of an element in tenths of the file's unit; 0 for a missing coordinate.
 pub(super) fn position(node: Node<'_, '_>) -> (i64, i64) {
     let position = child(node, "position");
     let coordinate =
@@ -173,19 +173,19 @@ pub(super) fn position(node: Node<'_, '_>) -> (i64, i64) {
     (coordinate("y"), coordinate("x"))
 }
 
-/// Whether its place can be read, if it has one.
+/// Whether the position can be read; true if the element has none.
 pub(super) fn has_place(node: Node<'_, '_>) -> bool {
     let coordinates = child(node, "position").map(|one| [one.attribute("y"), one.attribute("x")]);
     coordinates.is_none_or(|all| all.iter().all(|one| one.is_some_and(|one| tenths(one).is_some())))
 }
 
-/// An element's number of execution, if it has one.
+/// The execution order number; `None` if it is missing, 0 or not a number.
 pub(super) fn order(node: Node<'_, '_>) -> Option<u64> {
     let number = node.attribute("executionOrderId")?.parse().ok();
     number.filter(|&order| order > 0)
 }
 
-/// A coordinate in tenths of its unit.
+/// A coordinate in tenths; further decimals are dropped. `None` if it is not a number.
 fn tenths(text: &str) -> Option<i64> {
     let (whole, part) = text.trim().split_once('.').unwrap_or((text.trim(), ""));
     let tenth = part.chars().next().and_then(|digit| digit.to_digit(10)).map_or(0, i64::from);

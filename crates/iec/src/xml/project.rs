@@ -1,4 +1,4 @@
-//! The project's tree: types, units, global variables, tasks.
+//! Reads the project's tree: types, units, global variables, tasks.
 
 use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition_body};
@@ -16,7 +16,7 @@ use crate::{
 use roxmltree::Node;
 use std::collections::BTreeSet;
 
-/// Reads a project's tree.
+/// The state while a project's tree is read.
 pub(super) struct Reader<'t> {
     text: &'t Text,
     project: Project,
@@ -35,7 +35,7 @@ impl<'t> Reader<'t> {
         if self.faults.is_empty() { Ok(self.project) } else { Err(self.faults) }
     }
 
-    /// Reads all that stands below an element, wherever it stands: tools keep units in different places.
+    /// Reads all declarations below an element, at any depth, because tools store units in different places.
     pub(super) fn project(&mut self, root: Node<'_, '_>) {
         for node in root.descendants().filter(Node::is_element) {
             match node.tag_name().name() {
@@ -99,16 +99,16 @@ impl<'t> Reader<'t> {
         self.project.globals.push((name.to_owned(), found));
     }
 
-    /// Takes over what a declaration as text says besides.
+    /// Adds what a declaration as text says beyond the elements.
     fn declared(&mut self, variables: &mut Vec<Variable>, written: &str, node: Node<'_, '_>) {
         if let Err(fault) = addresses(variables, written) {
             self.faults.push(Fault { line: self.text.line(node), ..fault });
         }
     }
 
-    /// The declaration as text that stands beside an element's own.
+    /// The declaration as text beside an element; empty if there is none.
     fn plain_text(&self, node: Node<'_, '_>) -> String {
-        // Units' methods and properties have declarations of their own further inside.
+        // The declarations of methods and properties are nested deeper and are not included.
         let data = added(node).chain(children(node, "InterfaceAsPlainText"));
         let mut plain = data.filter(|one| one.tag_name().name() == "InterfaceAsPlainText");
         plain.next().map(|one| self.text.content(one).0).unwrap_or_default()
@@ -123,9 +123,9 @@ impl<'t> Reader<'t> {
         self.project.tasks.push(Task { name, interval, priority, instances });
     }
 
-    /// The name of a program's instance, and that of the program.
+    /// The names of a program instance and of its program; `None` with a fault if both are missing.
     fn instance(&mut self, node: Node<'_, '_>) -> Option<(String, String)> {
-        // TwinCAT leaves the type empty: the name is the program's.
+        // TwinCAT leaves the type empty, and the name is the program's.
         let of = node.attribute("typeName").or(node.attribute("type")).filter(|of| !of.is_empty());
         let own = node.attribute("name");
         let Some(name) = own.or(of) else {
@@ -161,18 +161,18 @@ impl<'t> Reader<'t> {
         pou
     }
 
-    /// An interface, as CODESYS and TwinCAT write it.
+    /// Reads an interface in the form of CODESYS and TwinCAT.
     fn interface(&mut self, node: Node<'_, '_>) {
         let mut pou = self.unit(node, PouKind::Interface);
         let listed = ["Methods", "Properties"].into_iter().flat_map(|list| children(node, list));
         self.members(listed.flat_map(elements).chain(added(node)), &mut pou);
-        // A file may name an interface where it lists what a project holds.
+        // An empty element only lists the interface as an object of the project.
         if !pou.methods.is_empty() || !self.plain_text(node).is_empty() {
             self.project.pous.push(pou);
         }
     }
 
-    /// Methods and properties.
+    /// Reads methods and properties.
     fn members<'a, 'i: 'a>(&mut self, all: impl Iterator<Item = Node<'a, 'i>>, pou: &mut Pou) {
         for part in all {
             match part.tag_name().name() {
@@ -183,7 +183,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// What reads a property and what writes it are methods.
+    /// Reads the accessors of a property as methods.
     fn property(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
         let name = node.attribute("name").unwrap_or_default();
         let of = child(node, "interface").and_then(|one| child(one, "returnType"));
@@ -198,7 +198,7 @@ impl<'t> Reader<'t> {
         }
     }
 
-    /// A unit or a method.
+    /// Reads a unit or a method.
     fn unit(&mut self, node: Node<'_, '_>, kind: PouKind) -> Pou {
         let text = self.text;
         let name = node.attribute("name").unwrap_or_default();
@@ -250,9 +250,8 @@ impl<'t> Reader<'t> {
         }
         for one in named("transitions", "transition").filter(|_| !text.is_codesys) {
             if has_edge(one) && is_named_twice(node, one.attribute("name").unwrap_or_default()) {
-                let message = "several transitions of the chart name this one, and it looks at an edge: generators look at it for each of them";
-                let help =
-                    "look at the edge with R_TRIG or F_TRIG in an action, and use its output";
+                let message = "several transitions of the chart refer to this one, and it detects an edge: generators detect it for each of them";
+                let help = "detect the edge with R_TRIG or F_TRIG in an action, and use its output";
                 self.faults.push(text.fault(one, message).help(help).within(&pou.name));
             }
         }
@@ -287,18 +286,20 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// Lets the first step store the action that carries out the blocks of drawn conditions, if there are any.
+/// Lets the initial step store the action that executes the blocks of drawn conditions, if there is one.
 fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
     let Some(at) = pou.actions.iter().position(|one| one.name == COMPUTED && one.line == 0) else {
         return Ok(());
     };
     let others = pou.actions.iter().filter(|one| same(&one.name, COMPUTED));
     if others.count() > 1 {
-        let message = format!("an action is called {COMPUTED}, as that of its drawn conditions is");
+        let message = format!(
+            "an action is called {COMPUTED}, which is the name of the action for drawn conditions"
+        );
         return Err(Fault::new(pou.line, message).help("give the action another name"));
     }
     let Body::Chart(chart) = &mut pou.body else {
-        // Nothing asks for the conditions.
+        // Without a chart, nothing uses the conditions.
         pou.actions.remove(at);
         return Ok(());
     };
@@ -311,7 +312,7 @@ fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Whether a contact in it looks at an edge.
+/// Whether a contact in the drawing detects an edge.
 fn has_edge(drawn: Node<'_, '_>) -> bool {
     drawn.descendants().any(|one| {
         one.tag_name().name() == "contact"
@@ -319,7 +320,7 @@ fn has_edge(drawn: Node<'_, '_>) -> bool {
     })
 }
 
-/// Whether several conditions of a unit name a transition.
+/// Whether several conditions of a unit refer to this transition.
 fn is_named_twice(unit: Node<'_, '_>, name: &str) -> bool {
     let named = unit.descendants().filter(|one| {
         let around = one.parent().map_or("", |around| around.tag_name().name());
@@ -330,7 +331,7 @@ fn is_named_twice(unit: Node<'_, '_>, name: &str) -> bool {
     named.count() > 1
 }
 
-/// A connector with the name of another one in the unit.
+/// A connector with the same name as another one of the unit; not searched for in CODESYS files.
 fn second_connector<'a, 'i>(text: &Text, unit: Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     let mut names = BTreeSet::new();
     let all = unit.descendants().filter(|one| one.tag_name().name() == "connector");
@@ -338,18 +339,18 @@ fn second_connector<'a, 'i>(text: &Text, unit: Node<'a, 'i>) -> Option<Node<'a, 
     all.find(|one| !names.insert(one.attribute("name")))
 }
 
-/// What stands in an element's additional data.
+/// The elements in an element's additional data.
 fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let data = child(node, "addData").into_iter();
     data.flat_map(|data| children(data, "data")).flat_map(elements)
 }
 
-/// A unit's name without that of a library.
+/// A unit's name without a library's name in front.
 fn last_name(name: &str) -> String {
     name.trim().rsplit('.').next().unwrap_or_default().to_owned()
 }
 
-/// The nanoseconds of an interval such as `T#20ms` or `PT0.02S`.
+/// The nanoseconds of an interval such as `T#20ms` or `PT0.02S`; `None` if it cannot be read, and for `PT0S`.
 fn interval(text: &str) -> Option<i64> {
     let plain = text.rsplit('#').next().unwrap_or(text);
     if let Some(time) = parse::duration(plain).filter(|_| !plain.starts_with('P')) {

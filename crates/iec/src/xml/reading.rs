@@ -1,4 +1,4 @@
-//! What is read of one unit, and what its drawings need for themselves.
+//! The state while the bodies of one unit are read.
 
 use super::node::{Text, elements};
 use crate::chart::COMPUTED;
@@ -7,15 +7,16 @@ use crate::fault::Fault;
 use crate::{Body, Language, Named, Pou, same};
 use roxmltree::Node;
 
-/// Reads the bodies of one unit. What a drawing has to remember becomes variables of the unit.
+/// Reads the bodies of one unit or of one of its actions or transitions.
 pub(super) struct Reading<'t, 'p> {
     pub(super) text: &'t Text,
     pub(super) pou: &'p mut Pou,
-    /// The unit, and the action or transition in it, for messages and for names.
+    /// The unit with the action or transition that is read: its name for messages, and the name of the part within the
+    /// unit.
     pub(super) place: String,
     pub(super) part: String,
     pub(super) faults: Vec<Fault>,
-    /// Whether blocks of drawn conditions are carried out by an action of their own.
+    /// Whether the blocks in drawn conditions are executed by the action [`COMPUTED`].
     pub(super) computes: bool,
 }
 
@@ -25,7 +26,7 @@ impl<'t, 'p> Reading<'t, 'p> {
         Reading { text, pou, place, part: part.to_owned(), faults: Vec::new(), computes: false }
     }
 
-    /// Reads something whose elements have numbers of their own: what it needs for itself has names of its own, too.
+    /// Runs `read` for a drawing with its own numbering of elements, under a name of its own within the part.
     pub(super) fn apart<T>(&mut self, name: &str, read: impl FnOnce(&mut Self) -> T) -> T {
         let part = format!("{}{}{name}", self.part, if self.part.is_empty() { "" } else { "_" });
         let outer = std::mem::replace(&mut self.part, part);
@@ -34,25 +35,25 @@ impl<'t, 'p> Reading<'t, 'p> {
         found
     }
 
-    /// Whether the unit declares an action or a variable of this name.
+    /// Whether the unit has an action or a variable of this name.
     pub(super) fn declares(&self, name: &str) -> bool {
         let actions = self.pou.actions.iter().map(|one| &one.name);
         actions.chain(self.pou.variables.iter().map(|one| &one.name)).any(|own| same(own, name))
     }
 
-    /// Whether the unit declares an action of this name.
+    /// Whether the unit has an action of this name.
     pub(super) fn has_action(&self, name: &str) -> bool {
         self.pou.actions.iter().any(|own| same(&own.name, name))
     }
 
-    /// A fault that the whole file is refused for.
+    /// Adds a fault that makes the whole file unusable.
     pub(super) fn refuse(&mut self, fault: Fault) {
         let fault = fault.within(&self.place);
         self.faults.push(fault);
     }
 
-    /// Adds what leads to a condition to what the action of drawn conditions carries out: what several conditions of a
-    /// drawing have in common is executed once.
+    /// Adds a drawn condition to the action that executes the blocks of conditions. Blocks shared by several conditions
+    /// of a drawing are executed once.
     pub(super) fn compute(&mut self, part: String, from: Vec<Connection>, drawing: &Drawing) {
         let own = self.pou.actions.iter_mut().find(|one| one.name == COMPUTED && one.line == 0);
         let mut all = match own.map(|one| &mut one.body) {
@@ -76,7 +77,7 @@ impl<'t, 'p> Reading<'t, 'p> {
     }
 }
 
-/// The language of a body, and the element that holds it.
+/// The language of a body and its element; `None` if there is none.
 pub(super) fn language<'a, 'i>(node: Node<'a, 'i>) -> Option<(Language, Node<'a, 'i>)> {
     elements(node).find_map(|inner| {
         let language = match inner.tag_name().name() {

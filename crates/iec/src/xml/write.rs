@@ -1,4 +1,4 @@
-//! Writes projects and charts as PLCopen XML 2.01, as other tools open them.
+//! Writes projects and charts as PLCopen XML 2.01, in a form that other tools can open.
 
 use super::drawing::{self, HTML, escaped};
 use super::kept::Kept;
@@ -12,20 +12,19 @@ use std::fmt::Write;
 
 const NAMESPACE: &str = "http://www.plcopen.org/xml/tc6_0201";
 
-/// A chart as the element SFC, in the default namespace of what stands around it.
+/// Writes a chart as an element SFC in the default namespace of its surroundings.
 ///
 /// # Errors
-/// What of it cannot be written, in words: parts of drawings that have no form in text.
+/// The reason why a part cannot be written, such as a drawn condition that has no text form.
 pub fn chart(chart: &Chart) -> Result<String, String> {
     Ok(format!("<SFC>\n{}</SFC>", drawing::chart(chart, None)?))
 }
 
-/// A file in which these charts take the places of those that it has. What a chart has in common with the one whose
-/// place it takes stays as it is written there: conditions, bodies of actions, comments, documentation, additional
-/// data.
+/// Replaces charts of a file. Parts that a chart shares with the one that it replaces are copied: conditions, bodies of
+/// actions, comments, documentation, additional data.
 ///
 /// # Errors
-/// As with [`chart`].
+/// The file cannot be read, a chart is not one of the file, or as for [`chart`].
 pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
     let plain = file.trim_start_matches('\u{feff}');
     let wrong = |error: roxmltree::Error| format!("the file cannot be read: {error}");
@@ -35,17 +34,17 @@ pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
     let (lines, all) = (Text::new(plain, &document, None), before.charts());
     let mut places: Vec<((usize, usize), String)> = Vec::new();
     for &one in charts {
-        let span = one.span.ok_or("the chart does not stand in a file of XML")?;
+        let span = one.span.ok_or("the chart is not from an XML file")?;
         let own = all.iter().find(|(.., chart)| chart.span == Some(span));
         let mut nodes = document.descendants();
         let node =
             nodes.find(|node| node.is_element() && (node.range().start, node.range().end) == span);
         let (Some((name, _, own)), Some(node)) = (own, node) else {
-            return Err("the chart is not that of the file".to_owned());
+            return Err("the chart is not one of the file".to_owned());
         };
         let kept = Kept::new(plain, &lines, node, own);
         let inner = drawing::chart(one, Some(&kept)).map_err(|why| format!("{name}: {why}"))?;
-        // An element with a prefix is written without one, in the same namespace.
+        // An element with a namespace prefix is written without it, in the same namespace.
         let element = match kept.opening().filter(|opening| opening.starts_with("<SFC")) {
             Some(opening) => format!("{opening}\n{inner}</SFC>"),
             None => {
@@ -67,15 +66,15 @@ pub fn replaced(file: &str, charts: &[&Chart]) -> Result<String, String> {
     match Document::parse(text.trim_start_matches('\u{feff}')) {
         Ok(_) => Ok(text),
         Err(error) => {
-            Err(format!("what is kept of the file cannot stand in its new place: {error}"))
+            Err(format!("what is kept of the file is not valid in its new place: {error}"))
         }
     }
 }
 
-/// A whole project; bodies other than charts as structured text.
+/// Writes a whole project; bodies other than charts are written as structured text.
 ///
 /// # Errors
-/// What of it cannot be written, in words.
+/// The reason why a part of it cannot be written.
 pub fn project(project: &Project) -> Result<String, String> {
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<project xmlns=\"{NAMESPACE}\">\n\
@@ -133,12 +132,12 @@ fn unit(pou: &Pou) -> Result<String, String> {
         PouKind::FunctionBlock => "functionBlock",
         PouKind::Function => "function",
         PouKind::Interface => {
-            return Err(format!("{}: PLCopen XML has no place for interfaces", pou.name));
+            return Err(format!("{}: PLCopen XML cannot express interfaces", pou.name));
         }
     };
     if let Some(method) = pou.methods.first() {
         let (unit, name) = (&pou.name, &method.name);
-        return Err(format!("{unit}: PLCopen XML has no place for methods such as {name}"));
+        return Err(format!("{unit}: PLCopen XML cannot express methods such as {name}"));
     }
     let mut text =
         format!("<pou name=\"{}\" pouType=\"{kind}\">\n<interface>\n", escaped(&pou.name));
@@ -271,7 +270,7 @@ fn type_of(of: &TypeRef) -> Result<String, String> {
             format!("<enum><values>{values}</values>{base}</enum>")
         }
         TypeRef::Reference(_) => {
-            return Err("PLCopen XML has no place for references".to_owned());
+            return Err("PLCopen XML cannot express references".to_owned());
         }
         TypeRef::Pointer(of) => format!("<pointer><baseType>{}</baseType></pointer>", type_of(of)?),
     })

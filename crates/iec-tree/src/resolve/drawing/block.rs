@@ -1,4 +1,4 @@
-//! Blocks of a drawing: functions, instances and boxes with text.
+//! Blocks of a drawing: function calls, instance calls and EXECUTE boxes.
 
 use super::super::given::{Given, Side, Taker};
 use super::super::paths::Found;
@@ -25,18 +25,18 @@ fn is_enabled(name: &str) -> bool {
     name.eq_ignore_ascii_case("ENO")
 }
 
-/// What a block is given: its enabling, and values by the names of its pins.
+/// The inputs of a block: the value of EN, and the values of the other pins with their names.
 type Inputs<'d> = (Worth, Vec<(Option<&'d str>, Worth)>);
 
 impl<'d> Drawer<'_, '_, 'd> {
-    /// Executes a block, once.
+    /// Executes a block, unless it has been executed already.
     pub(super) fn block(&mut self, id: ElementId) -> Result<(), Fault> {
         let one = self.element(id);
         let Some(block) = one.block().filter(|_| self.progress.done.insert(id)) else {
             return Ok(());
         };
         let outer = std::mem::replace(&mut self.progress.owner, id);
-        // What leads on from a block that is fed back may be asked for again on the way to it.
+        // Elements after a block in a feedback loop may be evaluated again while its inputs are evaluated.
         let sheet = self.sheet;
         let is_block = |id: &ElementId| sheet.drawing.element(*id).block().is_some();
         let (mut blocks, passed): (BTreeSet<_>, BTreeSet<_>) =
@@ -56,7 +56,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         done
     }
 
-    /// What leads to EN, and to the other pins.
+    /// Evaluates the inputs of a block: EN and the other pins.
     fn given(
         &mut self,
         id: ElementId,
@@ -68,7 +68,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         for is_in_out in [false, true] {
             let mut pins: Vec<_> =
                 block.inputs.iter().filter(|pin| pin.is_in_out == is_in_out).collect();
-            // Edges at pins may depend on whether the block is enabled.
+            // Edges at pins may depend on EN, so it is evaluated first.
             if pins.iter().any(|pin| pin.edge.is_some()) {
                 pins.sort_by_key(|pin| !is_enable(&pin.name));
             }
@@ -90,7 +90,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                     value = self.edge(one, (id, &pin.name), edge, value, looked_at)?;
                 }
                 if pin.negated {
-                    // Of a constant, too, it is charged; but EN is known then.
+                    // The negation of a constant takes time, too; but EN must stay a known constant.
                     value = if is_enable(&pin.name) { value.not() } else { value.negated() };
                 }
                 if pin.is_in_out || block.has_output(&pin.name) {
@@ -109,7 +109,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok((enable, given))
     }
 
-    /// Calls a block.
+    /// Emits the call of a block with evaluated inputs.
     fn call(
         &mut self,
         id: ElementId,
@@ -128,7 +128,8 @@ impl<'d> Drawer<'_, '_, 'd> {
                 let target = instance.as_ref().map_err(Fault::clone)?;
                 self.is_of_its_type(one, block, target)?;
                 let mut given: Vec<Given<'_>> = given.iter().map(handed_over).collect();
-                // Generators hand EN over; some controllers then pass what the other pins are given, others jump.
+                // Generators pass EN to the call. For an instance, some controllers then pass the other inputs and
+                // others skip the call.
                 let is_passed = !self.sheet.drawing.is_executed_as_drawn && gives_to_enable(block);
                 if is_passed {
                     given.push(Given { name: Some("EN"), side: Side::In(enable.value()) });
@@ -145,7 +146,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         self.written_beside(id, one, block)
     }
 
-    /// Calls a function.
+    /// Emits the call of a function with evaluated inputs.
     fn function(
         &mut self,
         id: ElementId,
@@ -156,19 +157,19 @@ impl<'d> Drawer<'_, '_, 'd> {
         if !self.sheet.drawing.is_executed_as_drawn
             && matches!(&block.outputs[..], [only] if is_enabled(&only.name))
         {
-            let what = "of its outputs only ENO is drawn: generators give ENO its result";
+            let what = "only its output ENO is drawn: generators assign its result to ENO";
             let help = "draw its result, too";
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         }
         if self.resolver.declares_output(block) {
-            let what = "its first output is not its result, but one that it declares";
+            let what = "its first output is not its result, but a declared output";
             let help = "draw its result as the first output";
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         }
         if block.are_counted(given.len()) {
             given.iter_mut().for_each(|(name, _)| *name = None);
         }
-        // The condition reads it.
+        // A condition reads the results, so they need variables.
         if self.sheet.drawing.goal.is_some() {
             let enable = block.outputs.iter().map(|pin| pin.name.as_str());
             let enable = enable.filter(|name| is_enabled(name) && self.gives_enable(block));
@@ -203,7 +204,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let called = self.resolver.called(scope, &path, &all, one.line);
         let called =
             called.unwrap_or_else(|fault| self.resolver.faulty(at_element(one, fault), one.line));
-        // Generators declare a variable for each result, into which texts and structures are copied.
+        // Generators declare a variable for each result and copy strings and structures into it.
         let is_large = matches!(
             self.resolver.tree.types.get(called.ty),
             Type::Text(_) | Type::Array(..) | Type::Struct(_)
@@ -228,7 +229,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(())
     }
 
-    /// Where a function's output goes: a temporary, or a variable where it is read before the function is executed.
+    /// The storage of a function's output: a variable if it is read before the function runs, otherwise a temporary.
     fn result_taker(&mut self, output: Output<'d>) -> Taker<'static> {
         let key = self.result_key(output);
         if let Some(&variable) = self.hidden.variables.get(&key) {
@@ -241,14 +242,14 @@ impl<'d> Drawer<'_, '_, 'd> {
         Taker::Kept(self.temporary(key, ty))
     }
 
-    /// What a function's output is kept under.
+    /// The key under which a function's output is stored.
     pub(super) fn result_key(&self, (id, output): Output<'d>) -> Key<'d> {
         let first = self.element(id).block().map_or("", first_output);
         let output = if output == first { "" } else { output };
         (Use::Result, (id, output), 1)
     }
 
-    /// What a function's output is worth.
+    /// The stored value of a function's output.
     fn result(&mut self, output: Output<'d>, line: u32) -> Worth {
         let place = match self.result_taker(output) {
             Taker::Variable(id) => self.resolver.start(id),
@@ -258,8 +259,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         Worth::variable(place, line)
     }
 
-    /// What the scan before left at an output. The results of functions become variables of the unit for that, as
-    /// generators declare them.
+    /// The value that the previous scan left at an output. For a function's result, a variable of the unit is declared,
+    /// as generators do.
     pub(super) fn fed_back(
         &mut self,
         (id, output): Output<'d>,
@@ -277,7 +278,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(self.block_output(id, output))
     }
 
-    /// Declares a variable for a function's output.
+    /// Declares a variable for a function's output; a fault if its type is not known.
     fn declare_result(
         &mut self,
         (id, named): Output<'d>,
@@ -290,7 +291,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         let known = self.output_type(id, named, &mut BTreeSet::new());
         let Some(ty) = known.filter(|_| is_own) else {
-            let what = "its result is taken before it is worked out, and its type is not known";
+            let what = "its result is read before it is computed, and its type is not known";
             let help = "write the result to a variable, and read that instead";
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         };
@@ -300,7 +301,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(())
     }
 
-    /// In a function, generators declare a variable for each result, which begins anew with each call.
+    /// In functions, generators declare a variable for each result of a drawn function and initialize it in each call.
     fn begins_anew(&mut self, id: ElementId, block: &'d Block) {
         let unit = self.sheet.scope.unit.filter(|_| self.sheet.scope.method.is_none());
         let is_function = match unit {
@@ -323,12 +324,12 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// Whether ENO of a function is a variable.
+    /// Whether ENO of a function is stored in a variable, as generators do.
     fn gives_enable(&self, block: &Block) -> bool {
         !self.sheet.drawing.is_executed_as_drawn && block.gives_enable()
     }
 
-    /// Refuses one of the standard's blocks that is drawn as another one than its instance is.
+    /// Rejects a standard block that is drawn with another type than its instance has.
     fn is_of_its_type(
         &mut self,
         one: &Element,
@@ -353,7 +354,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Err(one.fault(&what))
     }
 
-    /// Executes the text of a box where it is enabled.
+    /// Emits the statements of an EXECUTE box, under the condition EN.
     fn execute(&mut self, id: ElementId, one: &Element, code: &[ast::Statement], enable: Worth) {
         let scope = self.sheet.scope;
         if enable.is(true) {
@@ -372,7 +373,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         self.add(one.line, StatementKind::If(vec![(enable.expr, body)], Vec::new()), text);
     }
 
-    /// Writes the variables that stand right at a block's outputs (CODESYS, TwinCAT).
+    /// Writes the variables drawn directly at a block's outputs (CODESYS, TwinCAT).
     fn written_beside(
         &mut self,
         id: ElementId,
@@ -393,13 +394,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(())
     }
 
-    /// Whether a block that has been executed was enabled.
+    /// The value of EN with which a block was executed; TRUE if none is recorded.
     fn enabled(&self, id: ElementId) -> Worth {
         let known = self.progress.enables.get(&id).cloned();
         known.unwrap_or_else(|| self.truth(true, self.element(id).line))
     }
 
-    /// The condition under which an element takes over what leads to it.
+    /// The condition under which an element uses its incoming value instead of keeping its variable.
     pub(super) fn is_taken(&mut self, from: &'d [Connection]) -> Worth {
         match from {
             [one] => self.takes_over(one.from, &one.output),
@@ -407,8 +408,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// The condition under which an output is taken over: nothing is from a function that is not enabled. Of a function
-    /// block some controllers take over what it put out before; generators take over ENO where it is true.
+    /// The condition under which an output's value is used. An output of a disabled function is not used. For a
+    /// disabled function block controllers differ; for ENO generators use the value only if it is TRUE.
     fn takes_over(&mut self, id: ElementId, output: &str) -> Worth {
         let one = self.element(id);
         let always = self.truth(true, one.line);
@@ -424,7 +425,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// What a block that has been executed has at one of its outputs.
+    /// The value of an output of a block that has been executed.
     pub(super) fn block_output(&mut self, id: ElementId, output: &'d str) -> Worth {
         let one = self.element(id);
         let Some(block) = one.block().filter(|block| !is_enabled(output) && block.code.is_none())
@@ -455,7 +456,8 @@ impl Resolver<'_> {
         matches!(self.tree.types.get(self.tree.variable(id).ty), Type::Elementary(_))
     }
 
-    /// Whether the first output of a function is one that a function or a method of its name declares.
+    /// Whether the first output drawn at a function is an output parameter of a function or method of that name, not
+    /// its result.
     fn declares_output(&self, block: &Block) -> bool {
         let Ok(path) = &block.function else { return false };
         let of = path.split_last().map_or(path.first.as_str(), |(_, last)| last);
@@ -472,13 +474,13 @@ impl Resolver<'_> {
     }
 }
 
-/// Whether EN of a block is given anything.
+/// Whether the block's EN pin has a value.
 fn gives_to_enable(block: &Block) -> bool {
     let is_given = |pin: &drawing::InputPin| !matches!(pin.given, drawing::Given::Nothing);
     block.inputs.iter().any(|pin| is_enable(&pin.name) && !pin.is_in_out && is_given(pin))
 }
 
-/// The first of a block's outputs.
+/// The name of the block's first output other than ENO; empty if there is none.
 pub(super) fn first_output(block: &Block) -> &str {
     block.results().next().unwrap_or_default()
 }

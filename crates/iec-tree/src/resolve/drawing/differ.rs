@@ -1,4 +1,4 @@
-//! Whether two orders of a drawing may do different things.
+//! Compares execution orders of a drawing: whether they can have different effects.
 
 use super::super::resolver::Resolver;
 use super::state::{Progress, Sheet};
@@ -10,7 +10,7 @@ use scanbound_iec::fault::Fault;
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Resolver<'_> {
-    /// One of all cells that overlap, for each of these that has an address.
+    /// For each cell with an address, a common representative of all cells that may overlap it.
     fn groups(&self, cells: &BTreeSet<Cell>) -> BTreeMap<Cell, Cell> {
         let located = || cells.iter().filter_map(|&cell| Some((cell, self.at(cell)?)));
         let mut sizes: BTreeMap<_, BTreeSet<(&str, bool)>> = BTreeMap::new();
@@ -19,7 +19,8 @@ impl Resolver<'_> {
         }
         let mut first = BTreeMap::new();
         let group = |(cell, (area, _, digits, _))| {
-            // Where sizes differ, or something is larger than its address says, each may overlap with all others.
+            // If the sizes of addresses differ, or a variable is larger than its address says, all cells of the area
+            // may overlap.
             let is_apart = sizes.get(&area).is_some_and(|sizes| {
                 sizes.len() == 1 && sizes.iter().all(|(_, is_plain)| *is_plain)
             });
@@ -29,8 +30,8 @@ impl Resolver<'_> {
         located().map(group).collect()
     }
 
-    /// Whether two orders may do different things: two statements come the other way round, and one writes what the
-    /// other one touches.
+    /// Whether two orders can have different effects: they contain different statements, or two statements are swapped
+    /// and one writes what the other reads or writes.
     pub(super) fn differ(&self, one: &Progress<'_>, other: &Progress<'_>) -> bool {
         let (here, there) = (one.by_place(), other.by_place());
         if one.differs_in_itself != other.differs_in_itself || here.keys().ne(there.keys()) {
@@ -41,7 +42,7 @@ impl Resolver<'_> {
         let (through_any, through_shared) = (reads(Cell::All), reads(Cell::Shared));
         let cells = all().flat_map(|own| own.reads.iter().chain(&own.writes)).copied().collect();
         let groups = self.groups(&cells);
-        // By cell, the statements that touch it: their places in both orders, and whether they write it.
+        // For each cell, the statements that access it: their positions in both orders, and whether they write it.
         let mut by_cell: BTreeMap<Cell, Vec<(usize, usize, bool)>> = BTreeMap::new();
         for ((here, own), (there, also)) in here.values().zip(there.values()) {
             let mut cells = BTreeMap::from([(Cell::All, false)]);
@@ -74,8 +75,8 @@ impl Resolver<'_> {
         })
     }
 
-    /// Refuses conditions whose blocks do something else where others of them come first: generators have an order of
-    /// their own.
+    /// Rejects conditions whose blocks affect each other if neither needs the other: generators choose the order
+    /// themselves.
     pub(super) fn goals_are_apart(
         &self,
         sheet: &Sheet<'_>,
@@ -88,8 +89,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Two of these elements or of the blocks that they ask for of which neither is executed for the other, and it
-    /// matters which of them comes first.
+    /// Two of the given elements, or of the blocks that these need, whose order matters but is not fixed by their
+    /// connections. `None` if there are none.
     fn unclear_order(
         &self,
         sheet: &Sheet<'_>,
@@ -101,7 +102,7 @@ impl Resolver<'_> {
         let mut before: BTreeMap<ElementId, BTreeSet<ElementId>> = BTreeMap::new();
         while let Some(id) = open.pop() {
             before.entry(id).or_insert_with(|| {
-                // The edge of a contact may be looked at before the blocks that lead to it.
+                // A contact's edge may be evaluated before the blocks in front of it.
                 let blocks = match sheet.drawing.element(id).kind {
                     ElementKind::Contact => BTreeSet::new(),
                     _ => sheet.blocks_before(id),
@@ -121,12 +122,12 @@ impl Resolver<'_> {
         pairs.find(|(one, other)| meets(one, other)).map(|(one, other)| (*one, *other))
     }
 
-    /// Whether it matters which of two comes first.
+    /// Whether the order of two accesses matters: one writes what the other reads.
     fn meet(&self, one: &Touched, other: &Touched) -> bool {
         self.may_change(one, other) || self.may_change(other, one)
     }
 
-    /// The same of conditions in drawings of their own, by what is executed for them.
+    /// Like [`Resolver::goals_are_apart`], for conditions in separate drawings, given the statements of each.
     pub(in super::super) fn drawings_are_apart(
         &self,
         all: &[Vec<Statement>],
@@ -143,7 +144,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Refuses a drawing in which it matters how generators sort elements whose rows are not clear.
+    /// Rejects a drawing whose effect depends on how generators sort elements into rows, where that is ambiguous.
     pub(super) fn rows_are_clear(
         &self,
         sheet: &Sheet<'_>,
@@ -163,15 +164,15 @@ impl Resolver<'_> {
     }
 }
 
-/// The fault of conditions whose order matters.
+/// The fault of conditions whose order of execution matters.
 fn several_conditions(line: u32) -> Fault {
-    let what = "a block that a condition is drawn with writes what one of another condition reads or writes: which of them comes first is not known";
-    let help = "execute one of the blocks in an action, and use what it puts out";
+    let what = "a block of one drawn condition writes what a block of another one reads or writes: which of them comes first is not known";
+    let help = "execute one of the blocks in an action, and use its output";
     Fault::new(line, what).code(Code::NotModelled).help(help)
 }
 
 impl Progress<'_> {
-    /// Its statements by their elements and their numbers among those of these, with their places and what they touch.
+    /// The statements by element and running number within the element, with their positions and accesses.
     fn by_place(&self) -> BTreeMap<(ElementId, usize), (usize, &Touched)> {
         let mut counts: BTreeMap<ElementId, usize> = BTreeMap::new();
         let mut found = BTreeMap::new();

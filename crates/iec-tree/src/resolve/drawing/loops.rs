@@ -1,26 +1,27 @@
-//! Blocks of a drawing that feed each other, and which of them begin.
+//! Feedback loops between blocks of a drawing, and the blocks at which they start.
 
 use scanbound_iec::drawing::ElementId;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Elements that lead back to themselves by way of blocks.
+/// The feedback loops of a drawing: groups of elements that feed themselves through blocks.
 #[derive(Clone, Default)]
 pub(super) struct Loops {
-    /// The number of the loop in which an element stands, and its place in it.
+    /// For each element in a loop: the loop's number, and the element's position in the execution order.
     pub(super) places: BTreeMap<ElementId, (usize, usize)>,
-    /// The instances of each loop, in their places; its functions, where it has no instance.
+    /// The start blocks of each loop, in order of execution: its instances, or its functions if it has no instance.
     pub(super) instances: BTreeMap<usize, Vec<ElementId>>,
-    /// Whether loops begin with their first instance, not with the one that is asked for.
+    /// Whether a loop starts with its first instance in order; `false`: with the one that is evaluated first.
     pub(super) begin_first: bool,
 }
 
 impl Loops {
-    /// Whether an element stands in a loop.
+    /// Whether the element is in a loop.
     pub(super) fn holds(&self, id: ElementId) -> bool {
         self.places.contains_key(&id)
     }
 
-    /// Whether one of the blocks that a loop may begin with comes behind one of these in it.
+    /// Whether the element is a start block of its loop and comes after one of the start blocks in `open`. Always
+    /// `false` if `begin_first` is not set.
     pub(super) fn is_behind(&self, id: ElementId, open: &BTreeSet<ElementId>) -> bool {
         let Some((own, place)) = self.places.get(&id).filter(|_| self.begin_first) else {
             return false;
@@ -32,8 +33,8 @@ impl Loops {
         { others }.any(|other| self.places.get(other).is_some_and(|(_, before)| before < place))
     }
 
-    /// The instances that are executed before this element is, where its loop has not been begun: those that come
-    /// before it, or the first one.
+    /// The start blocks to run before this element is evaluated, if its loop has not started yet: those before it in
+    /// order; if there are none and it is not a start block itself, the first.
     pub(super) fn first(
         &self,
         id: ElementId,

@@ -1,8 +1,8 @@
-//! Drawings: what their elements do, in each of the orders in which tools execute them.
+//! Resolution of drawings (LD, FBD): the statements they execute, in each order that a tool may use.
 //!
-//! What an element gives is an expression of what leads to it: parallel ways are joined by OR. Each coil, output and
-//! pin has an expression of its own, as generators write it; within it, what forks and joins again is kept as a
-//! temporary value.
+//! The value of an element is an expression over the elements that feed it; parallel connections are joined by OR. Each
+//! coil, output and pin has its own expression, as in the text of *generators*: tools that translate a drawing to text,
+//! such as Beremiz and OpenPLC. A value used more than once within an expression may be stored in a temporary.
 
 mod block;
 mod differ;
@@ -29,7 +29,8 @@ use scanbound_iec::fault::Fault;
 use state::{Drawer, Hidden, Progress, Sheet, at_element, resolved};
 
 impl Resolver<'_> {
-    /// All that a drawing does, in order; where tools keep different orders and these differ, in either.
+    /// The statements of a drawing in order of execution. If tools use different orders with different effects, they
+    /// are alternatives of an [`StatementKind::Either`].
     pub(super) fn drawing(
         &mut self,
         scope: Scope,
@@ -47,7 +48,7 @@ impl Resolver<'_> {
             if !std::mem::take(&mut hidden.is_stale) {
                 return found;
             }
-            // Each round declares a variable more.
+            // Each pass declares at least one more variable, so this ends.
             hidden.temporaries.clear();
             self.tree.temporaries.truncate(before.0);
             labels.passed.clone_from(&before.1);
@@ -87,7 +88,7 @@ impl Resolver<'_> {
         Ok(all.reduce(either).map(|(_, statements)| statements).unwrap_or_default())
     }
 
-    /// What the blocks of conditions do.
+    /// The statements of the blocks that compute conditions of a chart.
     fn of_condition<'d>(
         &mut self,
         sheet: &Sheet<'d>,
@@ -97,7 +98,7 @@ impl Resolver<'_> {
         let mut hidden = Hidden::default();
         let loops = Loops::default();
         let mut drawer = Drawer::new(self, sheet, &mut hidden, labels, (loops, false));
-        // Edges in front of no block belong to the conditions.
+        // Edges that feed no block belong to the conditions.
         let mut others = sheet.drawing.all().filter(|(_, one)| one.block().is_none());
         if let Some((id, first)) = others.next().or(sheet.drawing.all().next()) {
             drawer.progress.owner = id;
@@ -120,7 +121,7 @@ impl Resolver<'_> {
         order: Order,
     ) -> Result<Progress<'d>, Fault> {
         let how = (order.loops, order.is_generated);
-        // Where others take what they have looked at, generators look again.
+        // Generators evaluate again where other tools use the stored value.
         let differs = order.is_generated && hidden.looks_again;
         let mut drawer = Drawer::new(self, sheet, hidden, labels, how);
         drawer.progress.differs_in_itself = differs;
@@ -133,7 +134,7 @@ impl Resolver<'_> {
 }
 
 impl<'d> Drawer<'_, '_, 'd> {
-    /// Executes an element that does something.
+    /// Executes an element that has an effect; for others it does nothing.
     fn act(&mut self, id: ElementId) -> Result<(), Fault> {
         let outer = std::mem::replace(&mut self.progress.owner, id);
         let done = self.act_as_owner(id);
@@ -145,7 +146,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let one = self.element(id);
         let line = one.line;
         match &one.kind {
-            // Generators leave out functions that are given nothing and lead to nothing, and what jumps.
+            // Generators omit functions without inputs and outgoing connections, and also jumps, returns and labels.
             ElementKind::Block(block)
                 if self.is_generated && one.uses == 0 && block.has_no_pin() =>
             {
@@ -171,7 +172,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 self.add(line, kind, format!("{label}:"));
                 Ok(())
             }
-            // Generators look at the edges in front of it, whatever it leads to.
+            // Generators evaluate the edges in front of a connector even if it has no continuation.
             ElementKind::Connector if self.is_generated => self.used(one, &one.inputs).map(|_| ()),
             ElementKind::Other(name) => {
                 let what = format!("elements {name} are not followed");
@@ -181,13 +182,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// What leads to a jump or a return.
+    /// The condition of a jump or a return.
     fn condition(&mut self, one: &'d Element) -> Result<Expr, Fault> {
         let value = self.used(one, &one.inputs)?;
         Ok(if one.negated_in { value.not().expr } else { value.expr })
     }
 
-    /// Writes the variable of a coil or an output.
+    /// Writes the variable of a coil or an output, once.
     fn write(&mut self, id: ElementId, one: &'d Element) -> Result<(), Fault> {
         if !self.progress.done.insert(id) {
             return Ok(());
@@ -200,7 +201,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         if is_coil && one.uses > 0 {
             value = self.store(one, (id, ""), value);
         }
-        // Generators write what leads to an output as it is, and what leads to a coil with one sign.
+        // Generators ignore an edge at an output, and at a coil with a second modifier (negated, set or reset).
         let has_sign = !is_coil || one.negated_in || one.latch.is_some();
         if let Some(edge) = self.edge_beside(one.edge, has_sign) {
             let always = self.truth(true, one.line);
@@ -212,7 +213,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let latch = one.latch.filter(|_| !self.is_generated || is_coil && !one.negated_in);
         self.progress.differs_in_itself |= latch != one.latch;
         let is_taken = match &one.inputs[..] {
-            // Some controllers write nothing where nothing leads to it.
+            // Some controllers do not write an element without an incoming connection.
             [] => self.any(one.line),
             from if !is_coil => self.is_taken(from),
             _ => self.truth(true, one.line),
@@ -229,7 +230,7 @@ impl<'d> Drawer<'_, '_, 'd> {
 }
 
 impl Resolver<'_> {
-    /// Declares a variable of the unit or the method, which only a drawing knows.
+    /// Declares an internal variable of the method or unit, used only by a drawing.
     fn hidden_variable(&mut self, scope: Scope, name: String, ty: TypeId) -> VarId {
         let owner = match (scope.method, scope.unit) {
             (Some(method), _) => Owner::Routine(method),
@@ -259,7 +260,7 @@ impl Resolver<'_> {
             is_internal: true,
             line: 0,
         });
-        // The result of a function or a method stays the last.
+        // The result of a function or method must stay the last variable.
         let (variables, result) = match owner {
             Owner::Routine(method) => {
                 let own = &mut self.tree.routines[method.index()];

@@ -1,4 +1,4 @@
-//! In which orders tools execute the elements of a drawing.
+//! The orders in which tools execute the elements of a drawing.
 
 use super::loops::Loops;
 use super::state::Sheet;
@@ -7,29 +7,29 @@ use petgraph::graphmap::DiGraphMap;
 use scanbound_iec::drawing::{Element, ElementId, ElementKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An order: what it is called, the elements in it, and which of the instances that feed each other begin.
+/// An execution order: its description for reports, the elements in order, and how feedback loops start.
 pub(super) struct Order {
     pub(super) what: &'static str,
     pub(super) acting: Vec<ElementId>,
     pub(super) loops: Loops,
-    /// Whether coils in the midst of a way are executed in their own places.
+    /// Whether coils in the middle of a rung are executed in their own place in the order.
     pub(super) is_generated: bool,
 }
 
-/// Where an element comes: its number, its kind, how far down, how far to the right.
+/// The sort key of an element: its execution number, its kind, its vertical and its horizontal position.
 type Rank = (u64, i64, i64, i64);
 
-/// How far up or down elements stand in one row, for older generators, in whole units.
+/// The height of a row in older generators, in whole units of the file.
 const ROW_HEIGHT: i64 = 10;
 
-/// How far down and how far to the right an element stands, in whole units, as generators read them.
+/// The vertical and horizontal position of an element in whole units, as generators read it.
 fn place(one: &Element) -> (i64, i64) {
     (one.position.0 / 10, one.position.1 / 10)
 }
 
 impl Sheet<'_> {
-    /// The orders that tools keep; the first one is the standard's: by the numbers of execution, else from top to
-    /// bottom and from left to right, else as the file has them.
+    /// The orders that tools use. The first is the standard's: by execution number, then from top to bottom and from
+    /// left to right, then as in the file.
     pub(super) fn orders(&self) -> Vec<Order> {
         let sorted = |rank: &dyn Fn(&Element) -> Rank| {
             let mut acting: Vec<ElementId> = self.drawing.all().map(|(id, _)| id).collect();
@@ -47,7 +47,7 @@ impl Sheet<'_> {
             orders.push(Order { what, acting, loops: by_demand.clone(), is_generated });
         };
         if has_loops {
-            let what = "instances that feed each other begin with the one that is asked for first";
+            let what = "feedback loops begin with the instance that is evaluated first";
             add(what, standard, false);
         }
         if !self.is_generated() {
@@ -58,7 +58,7 @@ impl Sheet<'_> {
             ElementKind::Connector => 2,
             _ => 0,
         };
-        // They look at the numbers of blocks and outputs alone.
+        // Generators use the execution numbers of blocks and outputs only.
         let number = |one: &Element| match one.kind {
             ElementKind::Coil | ElementKind::Connector => u64::MAX,
             _ => number(one),
@@ -78,12 +78,12 @@ impl Sheet<'_> {
             (number(one), 0, row, across)
         };
         add(
-            "coils and outputs come as the file has them, and blocks behind them",
+            "coils and outputs come in the order of the file, and blocks after them",
             sorted(&|one| (number(one), kind(one), 0, 0)),
             true,
         );
         add(
-            "coils and outputs come from left to right in rows, and blocks behind them",
+            "coils and outputs come from left to right in rows, and blocks after them",
             sorted(&by_list),
             true,
         );
@@ -91,12 +91,12 @@ impl Sheet<'_> {
         orders
     }
 
-    /// Whether generators may make text of it: CODESYS and TwinCAT execute their drawings themselves.
+    /// Whether generators may translate it to text. CODESYS and TwinCAT execute drawings directly.
     fn is_generated(&self) -> bool {
         !self.drawing.is_executed_as_drawn
     }
 
-    /// The elements that generators sort by their places.
+    /// The elements that generators sort by position.
     fn placed(&self) -> impl Iterator<Item = (ElementId, &Element)> {
         self.drawing.all().filter(|(_, one)| {
             let is_numbered = one.order.is_some() && one.kind != ElementKind::Coil;
@@ -104,7 +104,7 @@ impl Sheet<'_> {
         })
     }
 
-    /// In which row those of these elements stand that are at each height.
+    /// The row of each vertical position among the elements for which `is_one` holds.
     fn rows(&self, is_one: &dyn Fn(&Element) -> bool) -> BTreeMap<i64, i64> {
         let own = self.placed().filter(|(_, one)| is_one(one));
         let heights: BTreeSet<i64> = own.map(|(_, one)| place(one).0).collect();
@@ -118,8 +118,8 @@ impl Sheet<'_> {
         rows
     }
 
-    /// Elements that may come in any order where rows are sorted by: of three heights, the outer ones stand in rows
-    /// of their own, but not the one between.
+    /// Groups of elements whose order is ambiguous when sorted into rows: neighbours are closer than a row's height,
+    /// but the group as a whole is not.
     pub(super) fn unclear_rows(&self) -> Vec<Vec<ElementId>> {
         let mut all: Vec<_> = self.placed().map(|(id, one)| (place(one).0, id)).collect();
         all.retain(|_| self.is_generated());
@@ -131,14 +131,14 @@ impl Sheet<'_> {
         near.filter(is_unclear).map(|own| own.iter().map(|(_, id)| *id).collect()).collect()
     }
 
-    /// The blocks that an element asks for.
+    /// The blocks from which connections lead to this element, directly or through others.
     pub(super) fn blocks_before(&self, id: ElementId) -> BTreeSet<ElementId> {
         let mut found = self.drawing.reaching(self.drawing.element(id).leading());
         found.retain(|id| self.drawing.element(*id).block().is_some());
         found
     }
 
-    /// Elements that lead back to themselves, with their places in this order.
+    /// The feedback loops of the drawing, with positions in this order.
     fn loops_among(&self, acting: &[ElementId]) -> Loops {
         let mut ways: DiGraphMap<ElementId, ()> = DiGraphMap::new();
         for (id, one) in self.drawing.all() {

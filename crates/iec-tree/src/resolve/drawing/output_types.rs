@@ -1,4 +1,4 @@
-//! The types of results that generators declare variables for, where these are read before they are worked out.
+//! The types of outputs that are read before they are computed, so that variables can be declared for them.
 
 use super::super::resolver::Resolver;
 use super::block::first_output;
@@ -9,7 +9,7 @@ use scanbound_iec::ast;
 use scanbound_iec::drawing::{Block, ElementId, ElementKind, Given};
 use std::collections::BTreeSet;
 
-/// Inputs of functions that say nothing of the result.
+/// Inputs of functions that do not determine the result type.
 const OTHERS: &[&str] = &["EN", "G", "K", "N"];
 
 impl Resolver<'_> {
@@ -22,7 +22,7 @@ impl Resolver<'_> {
 }
 
 impl<'d> Drawer<'_, '_, 'd> {
-    /// The type of an output, if it is known.
+    /// The type of an element's output; `None` if it is not known. `seen` guards against feedback loops.
     pub(super) fn output_type(
         &mut self,
         id: ElementId,
@@ -67,7 +67,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         self.resolver.is_known(ty).then_some(ty)
     }
 
-    /// The type of a variable that an output is written to.
+    /// The type of a variable to which an output is connected.
     fn target_type(&mut self, id: ElementId, output: &str) -> Option<TypeId> {
         let sheet = self.sheet;
         let mut ends = sheet.drawing.elements.iter().filter(|one| one.kind == ElementKind::Out);
@@ -80,7 +80,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         })
     }
 
-    /// The type of what a function gives, from those of its inputs that are known.
+    /// The result type of a function: the declared one, or derived from those of its inputs whose types are known.
     fn function_type(
         &mut self,
         block: &'d Block,

@@ -1,5 +1,4 @@
-//! What is known while a drawing is executed: the drawing, what of it has been executed, and the expression that is put
-//! together.
+//! The state while a drawing is executed: the drawing, what has been executed, and the current expression.
 
 use super::super::resolver::{Resolver, Scope};
 use super::super::statements::Labels;
@@ -17,39 +16,39 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec::written::behind_edges;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An output of an element.
+/// An output of an element: the element and the output's name.
 pub(super) type Output<'d> = (ElementId, &'d str);
 
-/// What a drawing keeps something for: each has temporaries or variables of its own.
+/// The purpose for which a drawing stores a value; each has separate temporaries or variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Use {
-    /// What leads on to several elements.
+    /// An intermediate value that several elements use.
     Way,
-    /// What a function gives.
+    /// The result of a function.
     Result,
-    /// Whether a box with text is enabled.
+    /// The value of EN of an EXECUTE box.
     Enable,
-    /// Whether there is an edge.
+    /// The instance that detects an edge.
     Edge,
-    /// A result that generators set to its first value when a function begins.
+    /// A function's result that generators initialize at the start of the surrounding function.
     Begun,
 }
 
-/// What is kept: what for, of which output, and how often it has been kept before.
+/// The key of a stored value: the purpose, the output, and a running number from 1 for repeated storage.
 pub(super) type Key<'d> = (Use, Output<'d>, usize);
 
-/// What a drawing keeps and declares, in all its orders.
+/// The temporaries and variables created for a drawing, shared by all orders.
 #[derive(Default)]
 pub(super) struct Hidden<'d> {
     pub(super) temporaries: BTreeMap<Key<'d>, TempId>,
     pub(super) variables: BTreeMap<Key<'d>, VarId>,
-    /// Whether something is looked at that has changed since it was looked at first: what is looked at is stored then.
+    /// Whether a value may have changed between two reads. Values are then stored when they are first read.
     pub(super) looks_again: bool,
-    /// Whether all is to be done anew, since something was not known before.
+    /// Whether the drawing must be processed again, because something became known too late for this pass.
     pub(super) is_stale: bool,
 }
 
-/// What is the same in all orders.
+/// The properties of a drawing that do not depend on the order.
 pub(super) struct Sheet<'d> {
     pub(super) drawing: &'d Drawing,
     pub(super) scope: Scope,
@@ -57,70 +56,71 @@ pub(super) struct Sheet<'d> {
     pub(super) has_jumps: bool,
     /// Whether it has connectors.
     pub(super) has_connectors: bool,
-    /// Contacts that look at edges, and what they lead to.
+    /// Contacts with edges, and the contacts and coils after them.
     pub(super) behind_edges: BTreeSet<ElementId>,
 }
 
-/// A statement, the element to which it belongs, and what it touches.
+/// An executed statement, the element that it belongs to, and its accesses.
 pub(super) struct Executed {
     pub(super) statement: Statement,
     pub(super) owner: ElementId,
     pub(super) touched: Touched,
 }
 
-/// What of a drawing has been executed.
+/// The progress of executing a drawing in one order.
 #[derive(Default)]
 pub(super) struct Progress<'d> {
     pub(super) all: Vec<Executed>,
     /// Blocks, coils and outputs that have been executed.
     pub(super) done: BTreeSet<ElementId>,
-    /// The element that is executed.
+    /// The element whose statements are being emitted.
     pub(super) owner: ElementId,
-    /// Its number of execution, or that of the element that asks for it.
+    /// The execution number of that element, or of the element that needs it.
     pub(super) acting: Option<u64>,
-    /// What outputs were worth when they were first stored.
+    /// The values of outputs when they were first stored.
     pub(super) kept: BTreeMap<Output<'d>, Kept>,
-    /// What edges showed when they were first looked at.
+    /// The results of edge detections when they were first evaluated.
     pub(super) edges: BTreeMap<Output<'d>, Kept>,
-    /// What is stored: what it was made of, and how many statements had been executed then.
+    /// For each stored value, the accesses of its expression and the number of statements executed before it.
     pub(super) stored: BTreeMap<Held, (Touched, usize)>,
-    /// How often each value was stored and each edge looked at.
+    /// How often each value has been stored and each edge evaluated.
     pub(super) times: BTreeMap<(Use, Output<'d>), usize>,
-    /// Whether blocks that have been executed were enabled.
+    /// The value of EN with which each block was executed.
     pub(super) enables: BTreeMap<ElementId, Worth>,
-    /// What blocks were handed in and out, by the names of the pins in small letters.
+    /// The values passed to VAR_IN_OUT pins, by block and pin name in lower case.
     pub(super) given_back: BTreeMap<(ElementId, String), Worth>,
-    /// How many values are one of two.
+    /// The number of values for which controllers differ.
     pub(super) eithers: usize,
-    /// Whether something was done as generators alone do it: ways to a coil were joined by AND, a sign was left out.
+    /// Whether something was done as only generators do it, such as joining a coil's connections by AND or ignoring a
+    /// negation.
     pub(super) differs_in_itself: bool,
 }
 
-/// The expression that is put together.
+/// The state of the expression that is being built.
 #[derive(Default)]
 pub(super) struct Term<'d> {
-    /// What outputs are worth in it.
+    /// The values of outputs that the expression has already read.
     pub(super) looked_at: BTreeMap<Output<'d>, Worth>,
-    /// Whether what is asked for twice in it is written once.
+    /// Whether a value that the expression reads twice is computed only once.
     pub(super) is_written_once: bool,
-    /// How many elements have been looked at for it.
+    /// The number of elements visited for the expression.
     pub(super) visits: usize,
 }
 
-/// Executes a drawing in one order.
+/// Executes a drawing in one order and emits its statements.
 pub(super) struct Drawer<'r, 'p, 'd> {
     pub(super) resolver: &'r mut Resolver<'p>,
     pub(super) labels: &'r mut Labels,
     pub(super) sheet: &'r Sheet<'d>,
     pub(super) hidden: &'r mut Hidden<'d>,
     pub(super) loops: Loops,
-    /// Whether coils in the midst of a way are executed in their own places, as generators do.
+    /// Whether coils in the middle of a rung are executed in their own place in the order, as in generated text.
     pub(super) is_generated: bool,
     pub(super) progress: Progress<'d>,
     pub(super) term: Term<'d>,
-    /// The elements that are being looked at.
+    /// The elements on the current evaluation path.
     pub(super) open: BTreeSet<ElementId>,
-    /// How many of them there are, each as often as it is one.
+    /// The length of the current evaluation path.
     pub(super) depth: usize,
 }
 
@@ -175,32 +175,32 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         self.sheet.drawing.element(id)
     }
 
-    /// Whether a variable is negated where it is wired up. Generators leave this out.
+    /// Whether the negation of a variable element is applied; generators ignore it.
     pub(super) fn obeys(&mut self, is_negated: bool) -> bool {
         self.progress.differs_in_itself |= is_negated && self.is_generated;
         is_negated && !self.is_generated
     }
 
-    /// The edge that is looked at. Generators look at none of what is negated, sets or resets.
+    /// The edge to detect. Generators ignore an edge that is combined with a negation, set or reset (`has_sign`).
     pub(super) fn edge_beside(&mut self, edge: Option<Edge>, has_sign: bool) -> Option<Edge> {
         let is_left = edge.is_some() && has_sign && self.is_generated;
         self.progress.differs_in_itself |= is_left;
         edge.filter(|_| !is_left)
     }
 
-    /// Whether expressions are written as generators write them. Other controllers take what they have looked at.
+    /// Whether expressions have the form that generators write. Other controllers use stored values.
     pub(super) fn is_written(&self) -> bool {
         let is_text = self.is_generated || self.sheet.drawing.goal.is_some();
         !self.sheet.drawing.is_executed_as_drawn && (is_text || !self.hidden.looks_again)
     }
 
-    /// The number of execution by which it is known whether what an element asks for has been executed. Generators
-    /// execute what outputs ask for before them, whatever its number.
+    /// The execution number used to decide whether the elements that this one needs have run. For outputs in generated
+    /// text `None`: what they need runs before them, whatever its number.
     pub(super) fn number(&self, one: &Element) -> Option<u64> {
         one.order.filter(|_| !self.is_generated || one.block().is_some())
     }
 
-    /// A statement of the element that is executed.
+    /// Emits a statement of the current element.
     pub(super) fn add(&mut self, line: u32, kind: StatementKind, text: String) {
         let statement = Statement { kind, text: text.into(), line };
         let statement = self.resolver.statement_after(0, statement);
@@ -208,7 +208,7 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         self.progress.all.push(Executed { statement, owner: self.progress.owner, touched });
     }
 
-    /// A statement under a condition that writes a variable.
+    /// Emits a statement that writes a variable, executed only if the condition is true.
     pub(super) fn add_if(
         &mut self,
         line: u32,
@@ -227,14 +227,14 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         self.add(line, kind, outer);
     }
 
-    /// The key of what is kept once more.
+    /// The key of the next value stored for this purpose and output.
     pub(super) fn next_key(&mut self, of: Use, output: Output<'d>) -> Key<'d> {
         let times = self.progress.times.entry((of, output)).or_insert(0);
         *times += 1;
         (of, output, *times)
     }
 
-    /// The temporary of a key.
+    /// The temporary with this key, created if necessary.
     pub(super) fn temporary(&mut self, key: Key<'d>, ty: TypeId) -> TempId {
         if let Some(&known) = self.hidden.temporaries.get(&key) {
             return known;
@@ -253,7 +253,7 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         id
     }
 
-    /// The variable of a key, which is declared where there is none.
+    /// The internal variable with this key, declared if necessary.
     pub(super) fn variable(&mut self, key: Key<'d>, ty: TypeId) -> VarId {
         if let Some(&known) = self.hidden.variables.get(&key) {
             return known;
@@ -269,7 +269,7 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         id
     }
 
-    /// Notes a variable that the condition reads whose drawing this is.
+    /// Records the variable that the condition of this drawing reads for an element's output.
     pub(super) fn note_for_condition(&mut self, id: VarId, one: &Element, output: Option<&str>) {
         if let (Some(goal), Some(unit)) = (&self.sheet.drawing.goal, self.sheet.scope.unit) {
             let (part, local_id) = (goal.part.clone(), one.local_id.clone());
@@ -278,11 +278,11 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
         }
     }
 
-    /// What is kept, for messages.
+    /// The name of a stored value, for messages.
     pub(super) fn display_name(&self, (of, (id, output), times): Key<'d>) -> String {
         let local_id = &self.element(id).local_id;
         let name = match of {
-            Use::Way => format!("what leads on from localId {local_id}"),
+            Use::Way => format!("the value from localId {local_id}"),
             Use::Edge => format!("the edge at localId {local_id}"),
             Use::Enable => format!("EN of the block with localId {local_id}"),
             Use::Result | Use::Begun if output.is_empty() => {
@@ -296,12 +296,12 @@ impl<'r, 'p, 'd> Drawer<'r, 'p, 'd> {
     }
 }
 
-/// What a statement does, or what is wrong with it.
+/// The statement, or its fault as a statement.
 pub(super) fn resolved(kind: Result<StatementKind, Fault>) -> StatementKind {
     kind.unwrap_or_else(|fault| StatementKind::Fault(Box::new(fault)))
 }
 
-/// A fault with the element that asks for a name which is not there.
+/// Adds the element to the fault of an undeclared name; other faults stay.
 pub(super) fn at_element(one: &Element, fault: Fault) -> Fault {
     match fault.code {
         Code::UnknownName => fault.within(&one.called()),

@@ -1,4 +1,4 @@
-//! What the statements of a drawing read and write.
+//! The variables that the statements of a drawing read and write.
 
 use super::super::resolver::Resolver;
 use crate::accesses::{Accesses, of_expr, of_statements};
@@ -11,47 +11,47 @@ use scanbound_iec::Section;
 use scanbound_iec::drawing::ElementId;
 use std::collections::BTreeSet;
 
-/// What is read or written.
+/// The unit of access analysis: a variable or a group of variables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Cell {
-    /// A variable, or a part of it.
+    /// A whole variable; accesses to parts count for the whole.
     Variable(VarId),
     /// A direct address.
     Address(AddressId),
-    /// An instance of a program.
+    /// All variables of a program instance.
     Program(usize),
-    /// All that is shared with other units.
+    /// All variables shared with other units.
     Shared,
-    /// Anything: what is jumped over depends on where the jump stands, and a reference may mean any variable.
+    /// Anything. Used for jumps, whose effect depends on their position, and for references, which may point anywhere.
     All,
 }
 
-/// Under what a value is held: what it was made of is known.
+/// The storage of a value whose operands are recorded.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Held {
     Temporary(TempId),
     Edge(VarId),
-    /// An output that is not stored.
+    /// An output whose value is not stored.
     Output(ElementId, String),
 }
 
-/// What a statement or an expression touches.
+/// The accesses of a statement or an expression.
 #[derive(Debug, Default)]
 pub(super) struct Touched {
     pub(super) reads: BTreeSet<Cell>,
     pub(super) writes: BTreeSet<Cell>,
-    /// What is held that it reads.
+    /// The stored values that it reads.
     pub(super) held: BTreeSet<Held>,
 }
 
-/// Finds what is touched.
+/// Collects the accesses.
 struct Walk<'t> {
     tree: &'t Tree,
     found: Touched,
 }
 
 impl Walk<'_> {
-    /// The cells of a place; none of what is only held.
+    /// The cells of a place. Empty for temporaries and edge memories, which are tracked as [`Held`].
     fn cells(&self, place: &Place) -> Vec<Cell> {
         let member = match place.steps.first() {
             Some(Step::Member(own)) => Some(Cell::Variable(*own)),
@@ -72,13 +72,13 @@ impl Walk<'_> {
         };
         let through = match place.steps.iter().any(|step| matches!(step, Step::Dereference)) {
             true => Some(Cell::All),
-            // What is handed over in and out may be any variable of the caller's.
+            // VAR_IN_OUT may refer to any variable of the caller.
             false => is_handed(own).then_some(Cell::Shared),
         };
         std::iter::once(own).chain(through).collect()
     }
 
-    /// Whether a variable is the memory of an edge that is drawn.
+    /// Whether a variable is the memory of a drawn edge detection.
     fn is_edge(&self, id: VarId) -> bool {
         let one = self.tree.variable(id);
         one.is_internal && matches!(self.tree.types.get(one.ty), Type::Standard(_))
@@ -96,7 +96,7 @@ impl Accesses for Walk<'_> {
     }
 
     fn writes(&mut self, place: &Place) {
-        // A part is written, or a bit: the rest stays.
+        // A part or a bit may be written while the rest stays, so a write counts as a read, too.
         self.reads(place);
         self.found.writes.extend(self.cells(place));
     }
@@ -106,7 +106,7 @@ impl Accesses for Walk<'_> {
     }
 
     fn asks(&mut self, flag: &StepFlag) {
-        // The steps of the own chart stay while its actions are executed.
+        // The steps of the instance's own chart do not change while its actions run.
         if flag.owner.root != Root::This || !flag.owner.steps.is_empty() {
             self.reads(&flag.owner);
         }
@@ -115,7 +115,7 @@ impl Accesses for Walk<'_> {
     fn calls(&mut self, call: &Call) {
         match &call.target {
             Target::Standard(place, _) => return self.writes(place),
-            // Code of the own instance may write all that the instance has.
+            // Code of the own instance may write all of its variables.
             Target::BaseMethod(_) | Target::BaseBody(_) => _ = self.found.writes.insert(Cell::All),
             Target::Function(_) => {}
             Target::Instance(place, _)
@@ -123,7 +123,7 @@ impl Accesses for Walk<'_> {
             | Target::Method(place, _)
             | Target::Program(place, _) => self.writes(place),
         }
-        // It may write what is not its own.
+        // The callee may write variables outside of its instance.
         self.found.writes.insert(Cell::Shared);
     }
 
@@ -155,31 +155,31 @@ impl Accesses for Walk<'_> {
     }
 }
 
-/// An address: its area, its size, and its numbers; and whether a variable there is no larger than that.
+/// An address: its area, size letter and number; and whether the data there is no larger than that size.
 pub(super) type At<'t> = (Option<char>, &'t str, &'t str, bool);
 
-/// Whether addresses such as `%QX0.1` and `%QW0` may overlap: two of one size are apart unless they are equal, or one
-/// of them is that of an array or a structure.
+/// Whether two addresses such as `%QX0.1` and `%QW0` may overlap. Addresses of one size overlap only if they are equal,
+/// unless an array or structure lies at one of them.
 fn overlap(one: &At<'_>, other: &At<'_>) -> bool {
     one.0 == other.0 && (!one.3 || !other.3 || one.1 != other.1 || one.2 == other.2)
 }
 
 impl Resolver<'_> {
-    /// What statements touch.
+    /// The accesses of statements.
     pub(super) fn touched(&self, all: &[Statement]) -> Touched {
         let mut walk = Walk { tree: &self.tree, found: Touched::default() };
         of_statements(all, &mut walk);
         walk.found
     }
 
-    /// What an expression touches.
+    /// The accesses of an expression.
     pub(super) fn touched_by(&self, one: &Expr) -> Touched {
         let mut walk = Walk { tree: &self.tree, found: Touched::default() };
         of_expr(one, &mut walk);
         walk.found
     }
 
-    /// Whether a statement may change a value.
+    /// Whether executing `one` may change the value of the expression `value`.
     pub(super) fn may_change(&self, one: &Touched, value: &Touched) -> bool {
         if one.writes.is_empty() || value.reads.is_empty() {
             return false;
@@ -192,7 +192,7 @@ impl Resolver<'_> {
             || one.writes.iter().any(|one| value.reads.iter().any(|own| self.are_one(*one, *own)))
     }
 
-    /// Whether something else than the unit may write or read a cell.
+    /// Whether code outside the unit may read or write the cell.
     pub(super) fn is_shared(&self, cell: Cell) -> bool {
         let Cell::Variable(id) = cell else { return true };
         let one = self.tree.variable(id);
@@ -204,7 +204,7 @@ impl Resolver<'_> {
             || self.is_exposed(id)
     }
 
-    /// Where a cell has an address.
+    /// The address of a cell; `None` if it has none.
     pub(super) fn at(&self, cell: Cell) -> Option<At<'_>> {
         let (text, is_plain) = match cell {
             Cell::Variable(id) => {
@@ -222,7 +222,7 @@ impl Resolver<'_> {
         let rest = letters.as_str();
         let digits = rest.trim_start_matches(|c: char| c.is_ascii_alphabetic());
         let size = &rest[..rest.len() - digits.len()];
-        // A bit may be written without its letter.
+        // A bit's address may omit the size letter X.
         let size = if size.eq_ignore_ascii_case("X") { "" } else { size };
         Some((area, size, digits, is_plain))
     }

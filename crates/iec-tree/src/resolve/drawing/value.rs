@@ -1,4 +1,4 @@
-//! What an output of a drawing's element is worth where it is asked for.
+//! Evaluation of a drawing: the value of an element's output when it is needed.
 
 use super::state::{Drawer, Output, Term, Use, at_element, resolved};
 use super::touched::{Held, Touched};
@@ -18,29 +18,30 @@ use scanbound_iec::written::{DEPTH, Operand, Path, Written, written};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// How many elements may be looked at for one expression that looks at some of them more than once.
+/// The maximum number of elements visited for one expression that visits some of them more than once.
 const VISITS: usize = 5_000;
 
-/// More values that are one of two are not followed, since each makes the expression larger.
+/// The maximum number of values in a drawing for which controllers differ, since each makes the expressions larger.
 const EITHERS: usize = 1000;
 
-/// So many ways are joined one after the other; more in halves, so that no expression is as deep as it is long.
+/// Up to this many operands are joined in a chain; more are split in halves, so that expressions do not become too
+/// deep.
 const ROW: usize = 100;
 
 impl<'d> Drawer<'_, '_, 'd> {
-    /// A truth value.
+    /// A constant `TRUE` or `FALSE`.
     pub(super) fn truth(&self, value: bool, line: u32) -> Worth {
         let expr = Expr { kind: ExprKind::Bool(value), ty: self.resolver.bool(), line };
         Worth { expr, shape: Shape::Truth(value), written: None }
     }
 
-    /// Any value.
+    /// A value that may be anything.
     pub(super) fn any(&mut self, line: u32) -> Worth {
         let ty = self.resolver.unknown();
         Worth::formula(Expr { kind: ExprKind::Either(None), ty, line })
     }
 
-    /// What is written at an element.
+    /// The value of the expression written at an element or pin.
     pub(super) fn written(&mut self, of: &ast::Expr, one: &Element) -> Worth {
         let shape = match of {
             ast::Expr::Literal(Literal::Bool(value)) => Shape::Truth(*value),
@@ -74,7 +75,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// One of two values.
+    /// Either of two values, because controllers differ; if both are equal, that value. A fault if there are too many.
     fn either(&mut self, one: Worth, other: Worth) -> Result<Worth, Fault> {
         if one.expr == other.expr {
             return Ok(one);
@@ -88,7 +89,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(self.one_of(one, other))
     }
 
-    /// One of two values: controllers differ.
+    /// Either of two values, because controllers differ.
     pub(super) fn one_of(&mut self, one: Worth, other: Worth) -> Worth {
         let line = one.expr.line;
         let types = &mut self.resolver.tree.types;
@@ -106,8 +107,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         ways.into_iter().reduce(|one, other| self.binary(operator, one, other))
     }
 
-    /// The value that leads in through connections, for one coil, output or pin: generators write an expression for
-    /// each of these, in which contacts are looked at anew.
+    /// The value that arrives through connections at one coil, output or pin. Generators write one expression for each
+    /// of these, in which contacts are evaluated again.
     pub(super) fn used(
         &mut self,
         one: &'d Element,
@@ -127,7 +128,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         value
     }
 
-    /// The value of an expression as it is written.
+    /// The value of an expression in the form that generators write.
     fn text(&mut self, line: u32, text: &Written<'d>) -> Result<Worth, Fault> {
         let mut values = BTreeMap::new();
         for &operand in &text.visited {
@@ -141,7 +142,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                     self.note_look(operand.0, &value);
                     value
                 }
-                // Generators execute it in its own place.
+                // Generators execute this coil in its own place in the order.
                 ElementKind::Coil if one.inputs.len() == 1 => {
                     self.begin_loop(id)?;
                     if !self.is_generated {
@@ -153,7 +154,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             };
             values.insert(operand, value);
         }
-        // Blocks that were called for the expression may have changed what was looked at before.
+        // Blocks executed during the evaluation may have changed values that were read before.
         let mut looked =
             text.visited.iter().map(|(output, _)| Held::Output(output.0, output.1.to_owned()));
         if looked.any(|held| self.has_changed(&held)) {
@@ -185,7 +186,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// Notes a look at a value that others keep: whether it may have changed since the first one.
+    /// Records that a stored value is read; if it may have changed since it was first read, requests another pass.
     fn note_look(&mut self, output: Output<'d>, value: &Worth) {
         if self.is_generated || self.sheet.drawing.goal.is_some() {
             return;
@@ -199,13 +200,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// All is done anew, and what is looked at is stored.
+    /// Requests another pass over the drawing, in which values are stored when they are first read.
     fn looks_again(&mut self) {
         self.hidden.is_stale |= !self.hidden.looks_again;
         self.hidden.looks_again = true;
     }
 
-    /// Executes the instances with which a loop begins where an element of it is looked at.
+    /// Executes the blocks at which a feedback loop starts, when an element of the loop is evaluated first.
     fn begin_loop(&mut self, id: ElementId) -> Result<(), Fault> {
         for first in self.loops.first(id, &self.open, &self.progress.done) {
             if !self.comes_later(self.element(first)) {
@@ -215,13 +216,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(())
     }
 
-    /// What each connection brings.
+    /// The values that the connections bring.
     fn ways(&mut self, from: &'d [Connection]) -> Result<Vec<Worth>, Fault> {
         let way = |one: &'d Connection| self.worth((one.from, &one.output));
         from.iter().map(way).collect()
     }
 
-    /// The value that leads in through connections: what is not connected carries no power.
+    /// Joins the values of several connections by OR; FALSE if there is no connection.
     fn joined(&mut self, line: u32, ways: Vec<Worth>) -> Worth {
         self.all_of(Operator::Or, ways).unwrap_or_else(|| self.truth(false, line))
     }
@@ -237,18 +238,18 @@ impl<'d> Drawer<'_, '_, 'd> {
             |what: &str, help: &str| Err(one.fault(what).code(Code::NotModelled).help(help));
         if self.term.visits > VISITS && !self.term.is_written_once {
             let help = "put a coil in between, and use its variable";
-            return refused("ways through it fork and join too often", help);
+            return refused("the paths through it fork and join too often", help);
         }
         if self.is_fed_back(id, one) {
             return self.fed_back(key, one);
         }
         self.begin_loop(id)?;
         if self.depth >= DEPTH {
-            let what = format!("more than {DEPTH} elements stand in a row behind it");
+            let what = format!("more than {DEPTH} elements are connected to it in series");
             return refused(&what, "put a coil in between");
         }
         if !self.open.insert(id) {
-            let what = "the ways through it come back to where they began";
+            let what = "the connections through it form a loop";
             return Err(one.fault(what).code(Code::Connection));
         }
         self.depth += 1;
@@ -256,7 +257,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         self.depth -= 1;
         self.open.remove(&id);
         let found = found?;
-        // What a contact lets through is settled when it is looked at; a variable that is wired up is read where it is
+        // The value of a contact is fixed when it is evaluated; a variable read by a connection is read where it is
         // used.
         let is_plain = match found.shape {
             Shape::Truth(_) | Shape::Constant => true,
@@ -265,7 +266,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         let value = match self.progress.kept.get(&key).cloned() {
             _ if is_plain => found,
-            // Some controllers look at it again, and others do not; what a generator writes always does.
+            // Some controllers evaluate it again and some do not; generated text always does.
             Some(kept) if !self.is_generated && self.has_changed(&kept.held) => {
                 self.either(kept.value, found)?
             }
@@ -284,9 +285,10 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(value)
     }
 
-    /// Stores a value, since what it is made of may change before it is asked for again.
+    /// Stores a value in a temporary, because its operands may change before it is used again. For a condition the
+    /// value stays as it is.
     pub(super) fn store(&mut self, one: &Element, key: Output<'d>, value: Worth) -> Worth {
-        // What a condition is made of is written where it is asked for.
+        // A condition's operands are written where they are used.
         if self.sheet.drawing.goal.is_some() {
             return value;
         }
@@ -300,7 +302,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         stored
     }
 
-    /// Keeps a value in a temporary; what that is worth from then on, and what the value touches.
+    /// Emits the statement that stores a value in a temporary. Returns the value read from the temporary, and the cells
+    /// that the stored expression reads.
     pub(super) fn keep(
         &mut self,
         line: u32,
@@ -321,7 +324,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         (Worth::variable(place, line), touched)
     }
 
-    /// Whether a stored value might be another one if it was worked out again.
+    /// Whether evaluating a stored value again could give another result.
     fn has_changed(&self, held: &Held) -> bool {
         let mut open = vec![held];
         let mut seen = BTreeSet::new();
@@ -336,15 +339,15 @@ impl<'d> Drawer<'_, '_, 'd> {
         false
     }
 
-    /// Whether a block that has not been executed is not executed now, either: by its number, or since generators
-    /// execute none that one with a number asks for.
+    /// Whether a block that has not run yet must not run now: its number is later than that of the current element, or
+    /// both have numbers and the code is generated.
     fn comes_later(&self, one: &Element) -> bool {
         let numbers = one.order.zip(self.progress.acting);
         numbers.is_some_and(|(own, acting)| own > acting || self.is_generated)
     }
 
-    /// Whether an output is that of a block that is not executed before it is asked for: a way leads back to it, or its
-    /// number of execution is a later one. It holds what the scan before left in it.
+    /// Whether a block's output is read before the block runs in this scan, through a feedback loop or because of a
+    /// later execution number. It then has the value of the previous scan.
     fn is_fed_back(&self, id: ElementId, one: &Element) -> bool {
         if one.block().is_none() {
             return false;
@@ -364,8 +367,8 @@ impl<'d> Drawer<'_, '_, 'd> {
                 let value = self.contact(id, one)?;
                 Ok(self.and(way, value))
             }
-            // What stands behind a coil has what leads to it, as it was before the coil was written, or is looked at
-            // again. Generators execute the coil in its own place, and join what leads to it by AND.
+            // Elements after a coil get the coil's incoming value from before the write, or evaluate it again.
+            // Generators execute the coil in its own place in the order, and join several incoming values by AND.
             ElementKind::Coil => {
                 if !self.is_generated {
                     self.act(id)?;
@@ -382,7 +385,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             }
             ElementKind::RightRail | ElementKind::Connector | ElementKind::Out => self.joining(one),
             ElementKind::In | ElementKind::InOut => {
-                // What leads into it is written before it is read; by generators in its own place.
+                // The incoming value is written before the variable is read; generated code writes it in its own place
+                // in the order.
                 if !one.inputs.is_empty() && !self.is_generated {
                     self.act(id)?;
                 }
@@ -404,7 +408,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
     }
 
-    /// What leads to an element that gives it on.
+    /// The incoming value of an element that passes it on.
     fn joining(&mut self, one: &'d Element) -> Result<Worth, Fault> {
         if self.is_written() {
             return self.used(one, &one.inputs);
@@ -413,7 +417,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(self.joined(one.line, ways))
     }
 
-    /// Whether a contact lets power through.
+    /// The value of a contact's variable, with edge and negation applied.
     fn contact(&mut self, id: ElementId, one: &'d Element) -> Result<Worth, Fault> {
         let value = self.operand(one)?;
         let value = match self.edge_beside(one.edge, one.negated_in) {
@@ -426,7 +430,8 @@ impl<'d> Drawer<'_, '_, 'd> {
         Ok(if one.negated_in { value.not() } else { value })
     }
 
-    /// Refuses a block that what takes its result is executed before, by their numbers.
+    /// Rejects a block that its consumer precedes by execution number, or a block without a number whose consumer has
+    /// one.
     fn comes_in_time(&self, one: &Element) -> Result<(), Fault> {
         let Some(_) = self.progress.acting else { return Ok(()) };
         let why = match one.order {
@@ -436,13 +441,13 @@ impl<'d> Drawer<'_, '_, 'd> {
                 "has an executionOrderId, and it has none: which of them comes first is not clear"
             }
         };
-        let what = format!("what takes its result {why}");
-        let help = "number it before what takes its result";
+        let what = format!("the element that uses its result {why}");
+        let help = "give it a smaller number than the element that uses its result";
         Err(one.fault(&what).code(Code::NotModelled).help(help))
     }
 
-    /// Whether there is an edge, looked at under a condition. Generators make an instance for each place that asks for
-    /// it; others have one for all. They show the same as long as all of them see the same.
+    /// The output of an edge detection that runs if `looked_at` is true. Generators create an instance for each use,
+    /// other tools one for all uses. Both agree as long as all uses see the same value.
     pub(super) fn edge(
         &mut self,
         one: &Element,
@@ -479,7 +484,7 @@ impl<'d> Drawer<'_, '_, 'd> {
                 StatementKind::CallIf(looked_at.expr, Box::new(inner))
             }
         };
-        // In front of no block, an edge of a condition belongs to its contact.
+        // If it feeds no block, an edge in a condition belongs to its contact.
         let is_block_s = self.element(self.progress.owner).block().is_some();
         let owner = match self.sheet.drawing.goal.is_some() && !is_block_s {
             true => of.0,
@@ -499,7 +504,7 @@ impl<'d> Drawer<'_, '_, 'd> {
             return Ok(shows);
         };
         match self.sheet.has_jumps || self.has_changed(&first.held) {
-            // What leads to a connector they write once, for all its continuations.
+            // Generated code evaluates a connector's value once for all its continuations.
             true if self.is_generated && !self.sheet.has_connectors => Ok(shows),
             true => self.either(first.value, shows),
             false => Ok(first.value),

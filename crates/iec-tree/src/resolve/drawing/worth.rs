@@ -1,4 +1,4 @@
-//! Values of outputs.
+//! Values of element outputs.
 
 use super::super::given::Value;
 use super::touched::Held;
@@ -6,28 +6,28 @@ use crate::tree::{Expr, ExprKind, Place};
 use scanbound_iec::ast;
 use std::rc::Rc;
 
-/// What an output is worth.
+/// The value of an output.
 #[derive(Clone)]
 pub(super) struct Worth {
     pub(super) expr: Expr,
     pub(super) shape: Shape,
-    /// How it is written, where it is nothing but what stands at an element.
+    /// The expression as written, if the value is exactly the expression at an element.
     pub(super) written: Option<Rc<ast::Expr>>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Shape {
-    /// A truth value that is known.
+    /// A known constant `TRUE` or `FALSE`.
     Truth(bool),
-    /// A constant that is written.
+    /// Another literal constant.
     Constant,
-    /// A variable.
+    /// A read of a variable.
     Variable,
-    /// Anything else.
+    /// Any other expression.
     Formula,
 }
 
-/// What an output has been worked out as, and under which id it is kept.
+/// A stored value, and the storage whose operands are recorded.
 #[derive(Clone)]
 pub(super) struct Kept {
     pub(super) value: Worth,
@@ -48,7 +48,7 @@ impl Worth {
         }
     }
 
-    /// As the resolver of calls and assignments takes it.
+    /// The value as an argument for calls and assignments.
     pub(super) fn value(&self) -> Value<'_> {
         match &self.written {
             Some(written) => Value::Written(written),
@@ -56,7 +56,7 @@ impl Worth {
         }
     }
 
-    /// Whether it is this truth value, as the drawing says it.
+    /// Whether it is the constant `value` in the drawing. Variables declared constant do not count.
     pub(super) fn is(&self, value: bool) -> bool {
         self.shape == Shape::Truth(value)
     }
@@ -65,13 +65,13 @@ impl Worth {
         matches!(self.shape, Shape::Truth(_) | Shape::Constant)
     }
 
-    /// The negation, which is charged for constants, too.
+    /// The negation as an operation that takes time, also for constants.
     pub(super) fn negated(self) -> Worth {
         let (ty, line) = (self.expr.ty, self.expr.line);
         Worth::formula(Expr { kind: ExprKind::Not(Box::new(self.expr)), ty, line })
     }
 
-    /// The negation; that of a constant is one.
+    /// The negation; a constant `TRUE` or `FALSE` is negated at once.
     pub(super) fn not(mut self) -> Worth {
         match self.shape {
             Shape::Truth(value) => {
