@@ -307,8 +307,8 @@ const MANY: u64 = 10_000;
 /// bound.
 ///
 /// Following may change the program: it may replace reads by any value, or follow summarised loops after all. In that
-/// case these runs are discarded, and new ones are made after the search. If it only excludes more scans, the longest of
-/// these runs is repeated in the changed program.
+/// case these runs are discarded, and new ones are made after the search. If it only excludes more scans, the longest
+/// of these runs is repeated in the changed program.
 struct LowerBoundSearch {
     /// The program as it was before the analysis followed it.
     program: Program,

@@ -144,9 +144,9 @@ fn is_large(program: &Program) -> bool {
     program.instructions.len() >= LARGE
 }
 
-/// The same run with present values that are consistent with their flags. `presents` are these values with the condition
-/// on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was if the run
-/// is then impossible or shorter.
+/// The same run with present values that are consistent with their flags. `presents` are these values with the
+/// condition on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was
+/// if the run is then impossible or shorter.
 fn with_consistent(
     search: &RunSearch<'_>,
     presents: &[(Cell, &Logic)],

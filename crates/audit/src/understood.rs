@@ -118,8 +118,9 @@ fn understand(
         ("indirect", request.facts.indirect.is_some()),
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
-        let message =
-            format!("`[index] {key}` cannot be stated for this PLC: only MELSEC programs have it");
+        let message = format!(
+            "`[index] {key}` cannot be stated for this PLC: its programs have no such accesses"
+        );
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));

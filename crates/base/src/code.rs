@@ -82,7 +82,7 @@ codes! {
     CommentsAlone = "comments-alone",
     /// A connection in a drawn program leads nowhere, or forms a circle
     Connection = "connection",
-    /// A loop and a master control region overlap
+    /// A loop and a master control region or a step ladder state overlap
     CrossedMasterControl = "crossed-master-control",
     /// A name is declared twice, or the program does not say which of several things it means
     DeclaredTwice = "declared-twice",
@@ -116,7 +116,7 @@ codes! {
     Interlock = "interlock",
     /// A jump and its target do not match, or the jump goes back
     Jump = "jump",
-    /// A jump goes into or out of a master control region
+    /// A jump goes into or out of a master control region or a step ladder state
     JumpAcrossMasterControl = "jump-across-master-control",
     /// A jump goes back, so nothing bounds the scan
     JumpBack = "jump-back",

@@ -100,8 +100,8 @@ pub fn scan_model_to_end(
     run(program, ScanSettings::of_upper_bounds(times, limits), None, ends)
 }
 
-/// As [`scan_model_with_knowledge`], for lower bounds. Also returns for each bit that `bits` selects, given the model of
-/// the scan, the literal that says whether it is on at the end of the scan, after the interrupts.
+/// As [`scan_model_with_knowledge`], for lower bounds. Also returns for each bit that `bits` selects, given the model
+/// of the scan, the literal that says whether it is on at the end of the scan, after the interrupts.
 ///
 /// # Errors
 /// As for [`scan_model_within`].

@@ -302,7 +302,7 @@ fn a_bound_without_a_controller_says_so_in_its_first_line() {
     let told = "(table iec, all times assumed, no controller named)";
     let text = run("audit samples/sfc/line.st", here()).stdout;
     assert!(
-        pattern::normal(&text).contains(&format!("the longest found takes 65.2 us {told}.")),
+        pattern::normal(&text).contains(&format!("the longest found takes 63.6 us {told}.")),
         "{text}"
     );
     let report = run("audit samples/sfc/line.st --format json", here()).json();
