@@ -367,7 +367,7 @@ fn a_transition_without_a_priority_may_come_before_those_with_one_or_after_them(
             conditions[0], conditions[1]
         )
     };
-    let early = "\"a transition with a priority ends its steps at once\" = true\n";
+    let early = "\"a transition with a priority clears its step flags at once\" = true\n";
     for conditions in [["S9.X", "NOT S9.X"], ["S9.X OR FALSE", "NOT S9.X OR FALSE"]] {
         for facts in ["", "[sfc]\nselection = 'all'\n"] {
             for facts in [facts.to_owned(), format!("{facts}[controller]\n{early}")] {
