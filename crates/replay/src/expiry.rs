@@ -190,7 +190,13 @@ impl<'p, F: FreeValues> State<'p, F> {
             is_known,
             was_reset,
         };
-        let after = if setting_doubt.is_some() { None } else { self.free.timed(timed, &found) };
+        let after = match setting_doubt {
+            Some(_) => {
+                self.free.lose_timed(timed);
+                None
+            }
+            None => self.free.timed(timed, &found),
+        };
         after.filter(|_| !is_open)
     }
 

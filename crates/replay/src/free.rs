@@ -29,6 +29,8 @@ pub trait FreeValues {
     fn timed(&mut self, _timed: &TimerOrCounter, _found: &TimedInputs) -> Option<(bool, u16)> {
         None
     }
+    /// Notes that a timer or counter was executed with an unknown input.
+    fn lose_timed(&mut self, _timed: &TimerOrCounter) {}
     /// Whether time is simulated. Then timers and counters are executed as instructions, and none times out between two
     /// instructions.
     fn simulates_time(&self) -> bool {

@@ -544,6 +544,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         let saved = |slot| slots.get(slot).copied().unwrap_or(Truth::TRUE);
         let inputs: Vec<Truth> = timed.inputs.iter().map(saved).collect();
         if condition.doubt.is_some() || inputs.iter().any(|input| input.doubt.is_some()) {
+            self.state.free.lose_timed(timed);
             return None;
         }
         let inputs = inputs.iter().map(|input| input.value).collect();

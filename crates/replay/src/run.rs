@@ -338,6 +338,10 @@ impl FreeValues for Start<'_, '_> {
         self.run.timer_memory.borrow_mut().execute(timed, &found)
     }
 
+    fn lose_timed(&mut self, timed: &TimerOrCounter) {
+        self.run.timer_memory.borrow_mut().lose(timed);
+    }
+
     fn simulates_time(&self) -> bool {
         // If values from outside are unknown, scans may also take longer than simulated.
         !self.outside_is_unknown()

@@ -4,13 +4,15 @@ use super::words::bcd;
 use scanbound_base::time::Picos;
 use scanbound_ir::Cell;
 use scanbound_ir::timers::{TimerKind, TimerOrCounter};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What timers and counters remember between two executions. The key is the cell of the flag.
 #[derive(Debug, Clone, Default)]
 pub(super) struct TimerMemory {
     /// For each running timer: the tick at which it was last executed, and the number of the scan that executed it.
     ran: BTreeMap<Cell, (u64, u64)>,
+    /// Timers of which it is unknown whether, and since when, they run: an input was unknown when they were executed.
+    unknown: BTreeSet<Cell>,
     /// The number of the current scan, if scans are counted.
     scan: u64,
     /// For each counter: the values of its inputs at its last execution.
@@ -91,6 +93,11 @@ impl TimerMemory {
         }
     }
 
+    /// Notes that a timer or counter was executed with an unknown input.
+    pub(super) fn lose(&mut self, timed: &TimerOrCounter) {
+        self.unknown.insert(timed.flag);
+    }
+
     /// The flag and the present value after an execution. `None` if they depend on earlier values that are unknown, if
     /// the timer was running and was not executed in the last scan (manuals do not say how much of that time counts),
     /// or if it depends on whether a timer that was reset goes on or starts anew.
@@ -111,13 +118,20 @@ impl TimerMemory {
                 return None;
             }
         }
-        let is_new = match timed.kind {
-            TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => !found.condition || !runs,
-            TimerKind::UpTimer(_, true) => false,
+        let (is_at_rest, is_new) = match timed.kind {
+            TimerKind::DownTimer(_) | TimerKind::UpTimer(_, false) => (!found.condition, !runs),
+            TimerKind::UpTimer(_, true) => (false, false),
             TimerKind::RetentiveTimer(_) | TimerKind::DownCounter | TimerKind::RingCounter => {
-                found.condition && resets
+                (found.condition && resets, false)
             }
         };
+        if is_at_rest {
+            self.unknown.remove(&timed.flag);
+        }
+        if self.unknown.contains(&timed.flag) {
+            return None;
+        }
+        let is_new = is_at_rest || is_new;
         (is_new || (found.is_known && !was_skipped)).then_some(left)
     }
 

@@ -2,6 +2,7 @@
 
 use super::{Run, audit, lower_ns, scanbound, upper_ns};
 use crate::common::command::binary;
+use scanbound::timing::table::CLASSES;
 use serde_json::Value;
 use std::path::Path;
 
@@ -140,6 +141,23 @@ fn a_timer_that_is_executed_twice_in_a_scan_is_not_over_in_it() {
     let report = q("twice.il", list, "");
     // The second execution finds that the timer ran before; that this was in the same scan only real runs know.
     assert!(lower_ns(&report) < 10_000, "{report}");
+}
+
+#[test]
+fn a_run_does_not_know_a_timer_whose_coil_was_unknown() {
+    // Whether MOVP runs in the first scan is unknown, and with it whether T5 runs from there on. Then its contact rises
+    // before M13 is on.
+    let list = "LDI X1\nAND X0\nMOV K1 D0\nLD>= D0 K0\nMOVP K1 D5\nLDP T5\nAND M13\nINC D9\n\
+        LD= D5 K1\nOR X0\nOUTH T5 K1\nLD M12\nOUT M13\nLD M11\nOUT M12\nLD SM402\nOUT M11\nEND\n";
+    let mut table = "instruction,on_us,off_us\n".to_owned();
+    table.extend(CLASSES.iter().map(|class| format!("@{class},0,0\n")));
+    table += "INC,800,0\nMOV,3,1\n@end,50000,\n";
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("late-timer.csv");
+    std::fs::write(&file, table).expect("a file");
+    let table = file.display();
+    let arguments = format!("audit --table {table} --cpu Q26UDV --trust all --format json");
+    let run = on_list("late.il", list, &arguments);
+    assert_eq!(bounds(&run.json()), (50_806_000, 50_006_000, false), "{}", run.stderr);
 }
 
 #[test]
