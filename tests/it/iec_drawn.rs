@@ -392,6 +392,15 @@ fn expressions_cost_what_generators_write() {
         (fork.clone() + &own(4, "d", &[2, 3]) + &ends(&[4]), [4, 2, 1]),
         // x := d AND (a OR b) AND c OR e AND c
         (fork.clone() + &own(4, "d", &[2, 3]) + &own(5, "e", &[1]) + &ends(&[4, 5]), [6, 3, 2]),
+        // x := (d OR e) AND (a OR b), whatever the order of the connections
+        (
+            own(2, "a", &[0])
+                + &own(3, "b", &[0])
+                + &own(4, "d", &[2, 3])
+                + &own(5, "e", &[3, 2])
+                + &ends(&[4, 5]),
+            [4, 1, 2],
+        ),
         // c := TRUE; x := a AND TRUE
         (coil(1, 0, "c") + &own(2, "a", &[1]) + &ends(&[2]), [1, 1, 0]),
         // c := a; x := b AND a
@@ -446,6 +455,16 @@ fn texts_and_structures_are_copied_into_the_results_of_functions() {
         let own = format!("<interface><localVars>{variables}</localVars></interface>");
         text.replacen("<interface/>", &own, 1).replace("<dataTypes/>", TYPES)
     };
+    // The result of a function whose type depends on the controller is a text, too.
+    let concat = |text: String| {
+        let two = "<variable formalParameter=\"IN1\">";
+        let text = text.replace("<variable formalParameter=\"IN\">", two);
+        text.replace("\"MOVE\"", "\"LEFT\"").replace("MOVE(s)", "LEFT(s)")
+    };
+    assert_eq!(
+        bound_of(&concat(drawn("<string/>")), "COPY_TEXT"),
+        bound_of(&concat(written("<string/>")), "COPY_TEXT")
+    );
     for (ty, row) in [("<string/>", "COPY_TEXT"), ("<derived name=\"S\"/>", "COPY")] {
         let generated = bound_of(&drawn(ty), row).expect("a bound");
         assert_eq!(Ok(generated), bound_of(&written(ty), row), "{ty}");

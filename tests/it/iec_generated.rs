@@ -190,7 +190,7 @@ fn outputs_that_generators_may_take_for_others_are_refused() {
     };
     // Which output leads on is not said.
     let two = text(T, &[("b", (1, ""))], &["ENO", "q"], "");
-    assert!(refusal(&two).contains("which output of block with localId 3"));
+    assert!(refusal(&two).contains("does not name the output of block with localId 3"));
     assert!(bound(&as_drawn(&two)).is_ok());
     assert!(bound(&text(T, &[("b", (1, ""))], &["q"], "")).is_ok());
     // ENO alone is given the result.
@@ -445,9 +445,8 @@ fn what_generators_do_otherwise_with_a_drawn_condition_is_refused() {
         text.replacen("<interface/>", &format!("<interface/>{transitions}"), 1)
     };
     let rising = "edge=\"rising\"";
-    assert!(
-        refusal(&named(rising, "go")).contains("several transitions of the chart name this one")
-    );
+    let told = refusal(&named(rising, "go"));
+    assert!(told.contains("several transitions of the chart refer to this one"), "{told}");
     assert!(bound(&named(rising, "v")).is_ok());
     assert!(bound(&named("", "Go")).is_ok());
 }
@@ -694,4 +693,47 @@ fn pins_that_generators_would_swap_are_refused() {
         assert!(bound(&drawn(of, ["IN1", "IN2"])).is_ok());
     }
     assert!(bound(&drawn("EQ", ["IN2", "IN1"])).is_ok());
+}
+
+#[test]
+fn functions_with_an_unconnected_pin_before_a_connected_one_are_refused() {
+    let drawn = |of: &str, pins: &[(&str, bool)]| {
+        let all: Vec<_> = pins.iter().map(|(name, _)| (*name, (1, ""))).collect();
+        let mut drawn = block(3, &format!("typeName=\"{of}\""), &all, &["OUT"]);
+        for (name, _) in pins.iter().filter(|(_, is_connected)| !is_connected) {
+            let pin = format!("\"{name}\"><connectionPointIn>");
+            let wire = "<connection refLocalId=\"1\" formalParameter=\"\"/>";
+            drawn = drawn.replace(&format!("{pin}{wire}"), &pin);
+        }
+        let body = format!("<FBD>{}{drawn}{}</FBD>", wired(1, "b"), out(4, (3, "OUT"), "x"));
+        project("", "b:BOOL x:BOOL", &body, "TRUE")
+    };
+    for of in ["AND", "OR"] {
+        let gap = drawn(of, &[("IN1", true), ("IN2", true), ("IN3", false), ("IN4", true)]);
+        assert!(refusal(&gap).contains("an unconnected pin stands before a connected one"));
+        assert!(bound(&drawn(of, &[("IN1", true), ("IN2", true), ("IN3", false)])).is_ok());
+    }
+}
+
+#[test]
+fn coils_that_join_connections_are_refused_before_other_elements() {
+    let edge = contact(1, "edge=\"rising\"", 0, "b");
+    for (from, other) in [(0, String::new()), (5, contact(5, "", 0, "a"))] {
+        let joins = at("coil", 2, &[(1, ""), (from, "")], "<variable>x</variable>");
+        let drawn = |behind: &str, condition: &str| {
+            let body = format!("<LD>{RAIL}{edge}{other}{joins}{behind}</LD>");
+            project("", "b:BOOL x:BOOL y:BOOL", &body, condition)
+        };
+        let refuses = |behind: &str| {
+            let told = bound(&drawn(behind, "TRUE"));
+            told.is_err_and(|told| told.concat().contains("join them by AND"))
+        };
+        assert!(refuses(&coil(3, 2, "y")));
+        assert!(refuses(&(contact(3, "", 2, "b") + &coil(4, 3, "y"))));
+        assert!(!refuses(&at("rightPowerRail", 3, &[(2, "")], "")));
+        assert!(!refuses(""));
+        // Other tools join them by OR.
+        let drawn = |condition: &str| bound(&as_drawn(&drawn(&coil(3, 2, "y"), condition)));
+        assert!(drawn("x AND y").is_ok_and(|bound| bound > 50));
+    }
 }

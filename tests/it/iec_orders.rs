@@ -358,23 +358,6 @@ fn outputs_with_numbers_at_their_ends_are_kept_apart() {
     assert!(!may(unit, "p:P x:BOOL y:BOOL z:BOOL", &body, "NOT y OR NOT z"));
 }
 
-#[test]
-fn ways_to_a_coil_in_the_midst_are_joined_by_or_or_by_and() {
-    // What stands behind the coil: Beremiz joins by AND what leads to it.
-    let body = format!(
-        "<LD>{RAIL}{}{}{}{}</LD>",
-        contact(1, "", 0, "a"),
-        contact(2, "", 0, "b"),
-        at("coil", 3, &[(1, ""), (2, "")], "<variable>x</variable>"),
-        coil(4, 3, "y")
-    );
-    let variables = "b:BOOL x:BOOL y:BOOL";
-    assert!(may("", variables, &body, "x AND y"));
-    assert!(may("", variables, &body, "x AND NOT y"));
-    assert!(!may("", variables, &body, "y AND NOT x"));
-    assert!(!may("", variables, &body, "a AND b AND NOT y"));
-}
-
 /// A variable with a type of its own.
 fn declared(name: &str, of: &str) -> String {
     format!("<variable name=\"{name}\"><type>{of}</type></variable>")

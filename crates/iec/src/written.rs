@@ -164,8 +164,16 @@ impl<'d> Walk<'d, '_> {
                 self.visited.push(own);
                 Rc::new(Path::Row(self.ways(&one.inputs, depth + 1)?))
             }
-            // The expression of a connector is written once for each of its continuations.
-            ElementKind::Continuation(connector) => return Some(self.operand((*connector, ""))),
+            // The expression of a connector is written once for each of its continuations. That of a block's output is
+            // the same text as the output itself.
+            ElementKind::Continuation(connector) => {
+                return match &self.drawing.element(*connector).inputs[..] {
+                    [only] if self.drawing.element(only.from).block().is_some() => {
+                        self.way(only, depth + 1)
+                    }
+                    _ => Some(self.operand((*connector, ""))),
+                };
+            }
             _ => return Some(self.operand((id, &from.output))),
         };
         if !self.behind_edges.contains(&id) {
@@ -189,7 +197,8 @@ fn joined(ways: Vec<Rc<Path<'_>>>) -> Option<Rc<Path<'_>>> {
     }
 }
 
-/// Factors out the common ends of paths.
+/// Factors out the common ends of paths. Generators sort what remains, so that forks of the same paths are alike in
+/// whatever order their connections stand in the file.
 fn factored(ways: Vec<Rc<Path<'_>>>) -> Vec<Rc<Path<'_>>> {
     let mut found = Vec::new();
     let mut alike: BTreeMap<Rc<Path<'_>>, Vec<Rc<Path<'_>>>> = BTreeMap::new();
@@ -213,5 +222,6 @@ fn factored(ways: Vec<Rc<Path<'_>>>) -> Vec<Rc<Path<'_>>> {
         row.push(last);
         found.push(Rc::new(Path::Row(row)));
     }
+    found.sort();
     found
 }

@@ -26,6 +26,19 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
             let what = "generators pass its pins in the order of the file, which is not the order of their names";
             return refused(what, "draw the block anew");
         }
+        if one.block().is_some_and(has_gap) {
+            let what = "an unconnected pin stands before a connected one: generators leave it out, so that the pins behind it move up";
+            return refused(what, "connect the pins of the function without a gap");
+        }
+        if one.kind != ElementKind::RightRail
+            && let Some(coil) = one.leading().find(|from| is_joining_coil(drawing, *from))
+        {
+            let coil = drawing.element(coil).called();
+            let what = format!(
+                "it is connected behind the {coil}, to which several connections lead: generators join them by AND here"
+            );
+            return refused(&what, "use a contact of the coil's variable in a rung of its own");
+        }
         if is_pasted(drawing, one) {
             let what =
                 "generators write no parentheses around OR and XOR here, so that AND binds first";
@@ -60,16 +73,40 @@ fn takes_copy(drawing: &Drawing, one: &Element) -> bool {
     one.sources().any(gives_back) || handed.any(|from| drawing.element(from.from).is_instance())
 }
 
+/// Whether it is a coil to which several connections lead. Generators write all that leads to it again for what follows
+/// it, joined by AND, with `TRUE` for the left power rail.
+fn is_joining_coil(drawing: &Drawing, id: ElementId) -> bool {
+    let one = drawing.element(id);
+    one.kind == ElementKind::Coil && one.inputs.len() > 1
+}
+
+/// Whether an extensible function has an unconnected pin before a connected one.
+fn has_gap(block: &Block) -> bool {
+    const FUNCTIONS: &[&str] = &[
+        "ADD", "MUL", "AND", "OR", "XOR", "MAX", "MIN", "MUX", "CONCAT", "GT", "GE", "EQ", "LE",
+        "LT",
+    ];
+    let pins = block.inputs.iter().filter(|pin| !pin.name.eq_ignore_ascii_case("EN"));
+    let mut given = pins.map(|pin| !matches!(pin.given, Given::Nothing));
+    is_function_of(block, FUNCTIONS)
+        && given.any(|is_given| !is_given)
+        && given.any(|is_given| is_given)
+}
+
+/// Whether a block calls one of these functions.
+fn is_function_of(block: &Block, functions: &[&str]) -> bool {
+    let name = block.function.as_ref().ok().and_then(|path| path.as_name());
+    block.instance.is_none()
+        && name.is_some_and(|name| functions.iter().any(|own| name.eq_ignore_ascii_case(own)))
+}
+
 /// Whether the numbered pins of an extensible function whose order matters are not in ascending order.
 fn is_swapped(block: &Block) -> bool {
     const FUNCTIONS: &[&str] = &["GT", "GE", "LT", "LE", "MUX", "CONCAT"];
-    let name = block.function.as_ref().ok().and_then(|path| path.as_name());
-    let is_one =
-        name.is_some_and(|name| FUNCTIONS.iter().any(|own| name.eq_ignore_ascii_case(own)));
     let number = |name: &str| name.to_ascii_uppercase().strip_prefix("IN")?.parse::<u32>().ok();
     let pins = block.inputs.iter().filter(|pin| !pin.name.eq_ignore_ascii_case("EN"));
     let numbers: Vec<_> = pins.map(|pin| number(&pin.name)).collect();
-    is_one && block.instance.is_none() && !numbers.is_sorted()
+    is_function_of(block, FUNCTIONS) && !numbers.is_sorted()
 }
 
 /// Whether generators write OR or XOR next to AND without parentheses for this element.

@@ -9,7 +9,7 @@ use crate::blocks::StandardBlock;
 use crate::declarations::VarId;
 use crate::show;
 use crate::tree::StatementKind;
-use crate::types::Type;
+use crate::types::{TEXT, Type};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Path};
 use scanbound_iec::drawing::{self, Block, Connection, Element, ElementId};
@@ -199,19 +199,24 @@ impl<'d> Drawer<'_, '_, 'd> {
             Side::Out(_) => None,
         });
         let inputs: Vec<_> = inputs.collect();
-        let inputs = inputs.iter().map(|value| show::expr(&self.resolver.tree, value));
-        let shown = format!("{of}({})", inputs.collect::<Vec<_>>().join(", "));
+        let texts = inputs.iter().map(|value| show::expr(&self.resolver.tree, value));
+        let shown = format!("{of}({})", texts.collect::<Vec<_>>().join(", "));
         let called = self.resolver.called(scope, &path, &all, one.line);
         let called =
             called.unwrap_or_else(|fault| self.resolver.faulty(at_element(one, fault), one.line));
-        // Generators declare a variable for each result and copy strings and structures into it.
-        let is_large = matches!(
-            self.resolver.tree.types.get(called.ty),
-            Type::Text(_) | Type::Array(..) | Type::Struct(_)
-        );
-        if is_large && !self.sheet.drawing.is_executed_as_drawn {
+        // Generators declare a variable for each result and copy strings and structures into it. The result of a
+        // function of strings whose type is not known, such as CONCAT, is a string.
+        let is_text = |ty| matches!(self.resolver.tree.types.get(ty), Type::Text(_));
+        let large = match self.resolver.tree.types.get(called.ty) {
+            Type::Text(_) | Type::Array(..) | Type::Struct(_) => Some(called.ty),
+            Type::Unknown if inputs.iter().any(|value| is_text(value.ty)) => {
+                Some(self.resolver.tree.types.id(Type::Text(TEXT)))
+            }
+            _ => None,
+        };
+        if let Some(ty) = large.filter(|_| !self.sheet.drawing.is_executed_as_drawn) {
             let key = self.result_key((id, first_output(block)));
-            self.variable(key, called.ty);
+            self.variable(key, ty);
         }
         self.begins_anew(id, block);
         match self.result_taker((id, first_output(block))) {
