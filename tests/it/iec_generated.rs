@@ -606,7 +606,11 @@ fn what_generators_copy_from_an_instance_is_refused() {
         (out(3, (2, "o"), "k"), false),
         (of(3, "g", (1, "")), false),
     ] {
-        assert_eq!(refuses(&[&first[..], &[second.clone()]].concat()), refused, "{second}");
+        assert_eq!(
+            refuses(&[&first[..], std::slice::from_ref(&second)].concat()),
+            refused,
+            "{second}"
+        );
     }
 }
 
