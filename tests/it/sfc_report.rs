@@ -230,7 +230,7 @@ fn why_a_transition_never_clears_is_told_and_p0_is_in_no_pair() {
     let told = studied(&project, Rule::One, text::render);
     let flat = told.replace("\n      ", " ");
     let why =
-        "transition c -> c never clears: its condition asks for s0.X while the steps in front";
+        "transition c -> c never clears: its condition requires s0.X while the steps before it";
     assert!(flat.contains(why), "{told}");
     assert!(!flat.contains("action x") && !flat.contains("    x\n"), "{told}");
     let found = analyse(project.charts()[0].2, BUDGET).findings;
