@@ -214,6 +214,6 @@ mod tests {
                    transition U = 00100 : C -> B if F";
         let found = told(net);
         assert_eq!(found.iter().map(|(line, _)| *line).collect::<Vec<_>>(), [3, 5], "{found:?}");
-        assert!(found[0].1.contains("word 000 is an input word"), "{found:?}");
+        assert!(found[0].1.contains("the CPU overwrites word 000"), "{found:?}");
     }
 }

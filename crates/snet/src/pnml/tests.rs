@@ -118,7 +118,7 @@ fn faults_have_their_line() {
             "the initial marking '3'",
         ),
         ("<place id=\"a\"/>", "given twice"),
-        ("<place/>", "without an id"),
+        ("<place/>", "has no id"),
     ] {
         let (line, told) = fault(inner);
         assert_eq!(line, Some(5), "{told}");
