@@ -131,8 +131,12 @@ fn the_bound_of_random_drawings_of_truth_values_is_their_longest_scan() {
             }
         }
         let text = case.xml("");
-        // Coils that join connections before other elements are refused.
-        let Ok(found) = audited(&text, Trust::None) else { continue };
+        let found = match audited(&text, Trust::None) {
+            Ok(found) => found,
+            // Coils that join connections before other elements are refused.
+            Err(why) if why.contains("generators join them by AND here") => continue,
+            Err(why) => panic!("{why}\n{text}"),
+        };
         let most = most + PRESETS;
         assert!(bound(&found) >= most, "seed {seed}: {} < {most}\n{text}", bound(&found));
         let remembers_apart = match &case.body {

@@ -40,8 +40,9 @@ const MAX_WORDS: usize = 32;
 
 /// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
 /// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where
-/// all start states are those that the program reaches; if the program has charts, whose state nobody else writes; and
-/// after many replacements. `longest` is the start of the model's longest scan, which takes `upper`.
+/// all start states are those that the program reaches; if the user states devices that only the program writes; if the
+/// program has charts, whose state nobody else writes; and after many replacements. `longest` is the start of the
+/// model's longest scan, which takes `upper`.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -99,7 +100,9 @@ pub(super) fn keep_possible(
         trust,
         limits: &limits,
     };
-    let is_required = trust == Trust::All || !search.program.charts.active.is_empty();
+    let is_required = trust == Trust::All
+        || !search.program.internal.is_empty()
+        || !search.program.charts.active.is_empty();
     let undecided = |found: RunResults| RunResults { is_start_undecided: is_required, ..found };
     let (bits, mut states) = match left.find() {
         Ok(Some(left)) => left,
@@ -121,6 +124,10 @@ pub(super) fn keep_possible(
             if value { on } else { on.not() }
         };
         let program = program.get_or_insert_with(|| search.program.clone());
+        // Another run may start with other present values, which must be consistent, too.
+        let keeping = search.program.timekeeping.consistency.iter();
+        let more = keeping.filter(|(present, _)| known.insert(**present));
+        program.invariants.extend(more.filter_map(|(_, holds)| holds.clone()));
         program.invariants.push(Logic::All(part.iter().map(holds).collect()).not());
         let stricter = RunSearch { program, least: search.least, limits: search.limits };
         let part: Vec<(BitTarget, bool)> = part.iter().map(|&(at, on)| (bits[at], on)).collect();

@@ -139,7 +139,22 @@ pub fn of_expr(one: &Expr, see: &mut dyn Accesses) {
             of_expr(&both.1, see);
         }
         ExprKind::Standard(applied) => of_applied(applied, see),
-        _ => one.each_operand(&mut |inner| of_expr(inner, see)),
+        ExprKind::Not(_)
+        | ExprKind::Negate(_)
+        | ExprKind::Convert(_)
+        | ExprKind::Binary(..)
+        | ExprKind::List(_)
+        | ExprKind::Either(_)
+        | ExprKind::Bool(_)
+        | ExprKind::Whole(_)
+        | ExprKind::Typed(_)
+        | ExprKind::Named(_)
+        | ExprKind::Real(_)
+        | ExprKind::Time(_)
+        | ExprKind::Opaque
+        | ExprKind::Text(_)
+        | ExprKind::Null
+        | ExprKind::Fault(_) => one.each_operand(&mut |inner| of_expr(inner, see)),
     }
 }
 

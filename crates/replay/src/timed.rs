@@ -125,13 +125,15 @@ impl TimerMemory {
                 (found.condition && resets, false)
             }
         };
-        if is_at_rest {
+        // With a set value that is not valid BCD, the CPU does not execute the instruction.
+        let is_executed = !timed.is_decimal || bcd(&[found.setting]).is_some();
+        if is_at_rest && is_executed {
             self.unknown.remove(&timed.flag);
         }
         if self.unknown.contains(&timed.flag) {
             return None;
         }
-        let is_new = is_at_rest || is_new;
+        let is_new = is_executed && (is_at_rest || is_new);
         (is_new || (found.is_known && !was_skipped)).then_some(left)
     }
 

@@ -71,8 +71,9 @@ impl<'p> Run<'p> {
             return None;
         }
         let (results, mut settled) = self.execute_operation(choice, meaning, at)?;
-        let missing = meaning.outputs.iter().skip(results.len());
-        if missing.into_iter().any(|target| *target != Target::Nowhere) {
+        // An output without a result may have any value.
+        let mut without_result = meaning.outputs.iter().skip(results.len());
+        if without_result.any(|target| *target != Target::Nowhere) {
             return None;
         }
         let mut places: Vec<ResolvedTarget<'p>> = Vec::with_capacity(results.len());

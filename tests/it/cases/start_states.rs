@@ -11,14 +11,22 @@ const TABLE: &str = "instruction,on_us,off_us\n@watchdog,200000,\n@contact,0,0\n
 
 /// The JSON report on a list in which END takes so many milliseconds.
 fn report(name: &str, cpu: &str, list: &str, [end_ms, trust]: [&str; 2]) -> Value {
+    with_facts(name, cpu, list, [end_ms, trust, ""])
+}
+
+fn with_facts(name: &str, cpu: &str, list: &str, [end_ms, trust, facts]: [&str; 3]) -> Value {
     let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases-start-states");
     std::fs::create_dir_all(&directory).expect("a directory");
     let (file, table) = (directory.join(name), directory.join(format!("{name}.csv")));
     std::fs::write(&file, list).expect("a file");
     std::fs::write(&table, format!("{TABLE}END,{end_ms}000,\n")).expect("a file");
+    let stated = directory.join(format!("{name}.toml"));
+    std::fs::write(&stated, facts).expect("a file");
     let output = binary()
         .args(["audit", "--format", "json", "--cpu", cpu, "--trust", trust, "--table"])
         .args([&table, &file])
+        .arg("--facts")
+        .arg(&stated)
         .output()
         .expect("the command runs");
     let run = Run::of(&output);
@@ -66,6 +74,21 @@ fn no_lower_bound_rests_on_a_state_that_no_scan_leaves() {
     assert!(!fires("falls-cj.il", "CJ2M", falls, "9").0);
     let falls = "LD 00000\nTIM 000 #0005\nLD TIM000\nDIFD(14) 03000\nLD 03000\nAND 00000\nSwA DM0100\nEND(01)\n";
     assert!(!fires("falls-c200h.il", "C200H", falls, "9").0);
+}
+
+#[test]
+fn no_lower_bound_rests_on_stated_relays_whose_states_were_not_examined() {
+    // M0, M1 and M2 are never on together, and with so many more relays their states are not examined.
+    let mut list = "LD M0\nAND M1\nAND M2\nSwA D100\nLD X0\nOUT M0\nLD X1\nOUT M1\n\
+        LD X0\nANI X1\nOUT M3\nLDI X0\nAND X1\nOR M3\nOUT M2\n"
+        .to_owned();
+    for relay in 10..220 {
+        list += &format!("LD M{relay}\nOUT Y{relay:X}\nLD X0\nOUT M{relay}\n");
+    }
+    list += "END\n";
+    let facts = "[internal]\ndevices = [\"M0-M999\"]\n";
+    let report = with_facts("internal.il", "Q26UDV", &list, ["9", "counts", facts]);
+    assert!(lower_ns(&report) < 9_050_000, "{}", report["scan"]);
 }
 
 #[test]

@@ -174,12 +174,12 @@ impl Assembler {
     /// know. None if it is not such a LIMIT.
     fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
         let Limits { low, high, kind, wide } = limits(low, value, high)?;
+        // The constants also limit a value that overflows its type.
+        let Value::Number(from, number) = self.settled(value.clone()) else { return None };
         for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
             self.cost(&[row(operator, Some(kind))], "compare");
         }
         let words = wide.words();
-        // The constants also limit a value that overflows its type.
-        let Value::Number(from, number) = self.settled(value.clone()) else { return None };
         let number = self.converted(number, from, wide);
         let ends = [low, high].map(|end| Input::Number(within(wide, end)));
         let inputs = ends.into_iter().chain([Input::Number(number)]).collect();

@@ -208,7 +208,7 @@ impl Lowering<'_> {
     fn reaches(&self, item: &Item<'_>, devices: &[Device], special: u32) -> Option<bool> {
         let reached = devices.iter().filter(|device| self.may_reach(item, device, special));
         reached
-            .map(|device| certainly_reaches(item, device, special))
+            .map(|device| certainly_reaches(item, device, special, self.family))
             .reduce(|one, other| one || other)
     }
 
@@ -336,7 +336,7 @@ impl Lowering<'_> {
 
 /// Whether an instruction that writes a block from this device on certainly writes the special device of number
 /// `special`. The caller has checked that it may.
-fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32) -> bool {
+fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32, family: Family) -> bool {
     let first = match device.place {
         Place::At(_, first) | Place::BitOf(_, first, _) => first,
         _ => return false,
@@ -347,9 +347,9 @@ fn certainly_reaches(item: &Item<'_>, device: &Device, special: u32) -> bool {
     };
     if item.name.starts_with("ZRST") {
         let ends: Option<Vec<u32>> = item.operands.iter().map(number).collect();
-        // If the first is above the last, the CPU resets the first one alone.
+        // If the first is above the last, the FX resets the first one alone; for the others it is an operation error.
         return matches!(ends.as_deref(), Some(&[first, last])
-            if first == special || (first..=last).contains(&special));
+            if (family == Family::Fx && first == special) || (first..=last).contains(&special));
     }
     match unpulsed(&item.name) {
         // A count of 0 writes nothing, one in a word may, and one above 512 is an operation error on the FX.

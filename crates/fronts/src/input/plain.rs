@@ -111,8 +111,11 @@ fn is_report(text: &str) -> bool {
         && second.contains(" transitions; ");
     let is_instruction = (first.contains("  table ") && has_line("  evidence  "))
         || (first.contains(" by ") && first.contains(" timing tables; --cpu or --table "));
-    let title = first.strip_prefix("# ");
-    let is_code = Code::ALL.iter().any(|code| title == Some(code.name()));
+    // What follows the name of a code must be its page: `# jump` alone may head anything.
+    let is_code = Code::ALL.iter().any(|code| {
+        let mut pairs = code.page().lines().zip(text.lines());
+        text.lines().nth(2).is_some() && pairs.by_ref().take(3).all(|(page, line)| page == line)
+    });
     is_chart
         || is_instruction
         || first.contains(" is the slowest CPU that keeps to ")

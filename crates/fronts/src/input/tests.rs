@@ -1,6 +1,7 @@
 //! Which files of directories are read, refused or left out.
 
 use super::*;
+use scanbound_base::code::Code;
 
 const CSV: &str = "a\nPLC Information:,Q26UDV\nStep No.,Line Statement,Instruction,I/O(Device),Blank,PI Statement,Note\n0,,END,,,,\n";
 
@@ -136,9 +137,12 @@ fn a_label_or_a_comment_in_the_words_of_a_report_is_no_report() {
         read("line/scanbound.toml\nREFUTED: a scan takes 5 us, the limit is\n1 us\n"),
         Ok(())
     );
-    for text in
-        ["PROVED: LD scan\nST lamp\n", "// No scan takes longer than 5 us here\nLD scan\nST lamp\n"]
-    {
+    assert_eq!(read(Code::Jump.page()), Ok(()));
+    for text in [
+        "# jump\n\nPROGRAM p\n",
+        "PROVED: LD scan\nST lamp\n",
+        "// No scan takes longer than 5 us here\nLD scan\nST lamp\n",
+    ] {
         assert_eq!(read(text), Err("unknown-dialect"), "{text}");
     }
 }
