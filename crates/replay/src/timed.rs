@@ -246,3 +246,44 @@ struct PassedTicks {
 fn digits(value: u16) -> u16 {
     (0..4).fold(0, |word, place| word | (value / 10u16.pow(place) % 10) << (4 * place))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use scanbound_ir::{AreaId, WordSource};
+
+    #[test]
+    fn a_lost_timer_is_found_again_only_by_an_execution_with_a_false_condition() {
+        let cell = |index| Cell { area: AreaId(0), index };
+        let timer = TimerOrCounter {
+            kind: TimerKind::DownTimer(Picos(100)),
+            flag: cell(0),
+            present: cell(1),
+            setting: WordSource::Const(0),
+            is_decimal: true,
+            inputs: Vec::new(),
+            seen: Vec::new(),
+            running: None,
+            parts: 0..0,
+        };
+        let found = |condition, setting| TimedInputs {
+            now: Picos(0),
+            condition,
+            inputs: Vec::new(),
+            seen: Vec::new(),
+            setting,
+            flag: false,
+            present: 0,
+            is_known: false,
+            was_reset: false,
+        };
+        let mut memory = TimerMemory::default();
+        memory.lose(&timer);
+        assert_eq!(memory.execute(&timer, &found(true, 0x10)), None);
+        // The set value is not valid BCD: the CPU does not execute the timer, so it may still run.
+        assert_eq!(memory.execute(&timer, &found(false, 0xA)), None);
+        assert_eq!(memory.execute(&timer, &found(true, 0x10)), None);
+        assert_eq!(memory.execute(&timer, &found(false, 0x10)), Some((false, 0x10)));
+        assert_eq!(memory.execute(&timer, &found(true, 0x10)), Some((false, 0x10)));
+    }
+}
