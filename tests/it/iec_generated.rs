@@ -741,3 +741,45 @@ fn coils_that_join_connections_are_refused_before_other_elements() {
         assert!(drawn("x AND y").is_ok_and(|bound| bound > 50));
     }
 }
+
+#[test]
+fn paths_that_fork_again_and_again_are_refused_at_once() {
+    let declared = "v:BOOL x:BOOL";
+    // Each of three contacts in a row is fed by two of the row before.
+    let grid = |rows: u32| {
+        let pairs = [(0, 1), (0, 2), (1, 2)];
+        let contacts: String = (0..3 * rows)
+            .map(|at| {
+                let (row, (one, two)) = (at / 3, pairs[at as usize % 3]);
+                let first = 3 * row.saturating_sub(1) + 1;
+                let from = match row {
+                    0 => vec![(0, "")],
+                    _ => vec![(first + one, ""), (first + two, "")],
+                };
+                self::at("contact", at + 1, &from, "<variable>v</variable>")
+            })
+            .collect();
+        let last: Vec<(u32, &str)> = (3 * rows - 2..=3 * rows).map(|id| (id, "")).collect();
+        let coil = self::at("coil", 3 * rows + 1, &last, "<variable>x</variable>");
+        project("", declared, &format!("<LD>{RAIL}{contacts}{coil}</LD>"), "x")
+    };
+    assert!(bound(&grid(3)).is_ok());
+    assert!(refusal(&grid(40)).contains("fork and join too often"));
+    // Each connector has two continuations, which join before the next one.
+    let chain = |connectors: u32| {
+        let mut body = RAIL.to_owned() + &contact(1, "", 0, "v");
+        let mut last = vec![(1, "")];
+        for at in 0..connectors {
+            let id = 3 * at + 2;
+            body += &self::at(&format!("connector name=\"k{at}\""), id, &last, "");
+            for id in [id + 1, id + 2] {
+                body += &self::at(&format!("continuation name=\"k{at}\""), id, &[], "");
+            }
+            last = vec![(id + 1, ""), (id + 2, "")];
+        }
+        body += &self::at("coil", 3 * connectors + 2, &last, "<variable>x</variable>");
+        project("", declared, &format!("<LD>{body}</LD>"), "x")
+    };
+    assert!(bound(&chain(4)).is_ok());
+    assert!(refusal(&chain(40)).contains("fork and join too often"));
+}

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// The maximum number of elements visited for one expression, and the limit of its length in operands.
-const VISITS: usize = 5_000;
+pub const VISITS: usize = 5_000;
 
 /// The maximum depth to which paths are followed.
 pub const DEPTH: usize = 150;
@@ -129,17 +129,19 @@ impl<'d> Walk<'d, '_> {
         if let Some(known) = self.known.get(&id) {
             return Some(known.clone());
         }
+        let one = self.drawing.element(id);
+        if one.kind == ElementKind::LeftRail {
+            return Some(Rc::new(Path::Power));
+        }
         self.visits = self.visits.checked_sub(1)?;
         if depth > DEPTH {
             return None;
         }
-        let one = self.drawing.element(id);
         // Generators look at no edge of what is negated.
         let looks_at_edge = has_edge(one) && !(self.first && one.negated_in);
         let visit = if looks_at_edge { self.visits } else { 0 };
         let own = ((id, ""), visit);
         let path = match &one.kind {
-            ElementKind::LeftRail => return Some(Rc::new(Path::Power)),
             ElementKind::Contact => {
                 if self.first {
                     self.visited.push(own);
@@ -176,6 +178,10 @@ impl<'d> Walk<'d, '_> {
             }
             _ => return Some(self.operand((id, &from.output))),
         };
+        // Paths are compared when they are joined, and that takes as long as they are.
+        if !is_short(Some(&path), &mut { VISITS }) {
+            return None;
+        }
         if !self.behind_edges.contains(&id) {
             self.known.insert(id, path.clone());
         }

@@ -50,7 +50,9 @@ impl Lower<'_> {
             return Err(evaluated_again(operand.line));
         }
         if within > MAX_CALLS {
-            let told = "more than six XOR and MOD are nested in an operand of XOR or MOD: some compilers double its time with each";
+            let told = format!(
+                "more than {MAX_CALLS} XOR and MOD are nested in an operand of XOR or MOD: some compilers double its time with each"
+            );
             let help = "assign a part of the expression to a separate variable first";
             return Err(Fault::new(operand.line, told).code(Code::NotModelled).help(help));
         }
@@ -107,9 +109,10 @@ fn takes_time(one: &Expr) -> bool {
     let mut takes = false;
     one.each(&mut |one| {
         takes |= match &one.kind {
-            ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Standard(_) => true,
+            ExprKind::Call(_) | ExprKind::After(_) | ExprKind::Standard(_) | ExprKind::Not(_) => {
+                true
+            }
             ExprKind::Binary(..) | ExprKind::Negate(_) => one.whole().is_none(),
-            ExprKind::Not(inner) => !matches!(inner.kind, ExprKind::Bool(_)),
             ExprKind::Read(place) | ExprKind::Address(place) => place.has_open_index(),
             ExprKind::Step(flag) => flag.owner.has_open_index(),
             // The walk also visits the expressions inside these.

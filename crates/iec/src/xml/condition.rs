@@ -6,15 +6,10 @@ use super::reading::Reading;
 use crate::ast::{Argument, Expr, Held};
 use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
 use crate::fault::Fault;
+use crate::written::{DEPTH, VISITS};
 use roxmltree::Node;
 use scanbound_base::code::Code;
 use std::collections::BTreeSet;
-
-/// The maximum number of elements visited for one condition, each as often as paths lead through it.
-const VISITS: usize = 5_000;
-
-/// The maximum length of a path.
-const DEPTH: usize = 150;
 
 /// Up to this many operands are joined in a chain; more are split in halves, so that expressions do not become too
 /// deep.

@@ -48,7 +48,7 @@ impl Resolver<'_> {
             if !std::mem::take(&mut hidden.is_stale) {
                 return found;
             }
-            // Each pass declares at least one more variable, so this ends.
+            // Each further pass has one more variable, or stores values for the first time, so this ends.
             hidden.temporaries.clear();
             self.tree.temporaries.truncate(before.0);
             labels.passed.clone_from(&before.1);

@@ -14,12 +14,12 @@ use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Literal, Operator};
 use scanbound_iec::drawing::{Connection, Edge, Element, ElementId, ElementKind};
 use scanbound_iec::fault::Fault;
-use scanbound_iec::written::{DEPTH, Operand, Path, Written, written};
+use scanbound_iec::written::{DEPTH, Operand, Path, VISITS, Written, written};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-/// The maximum number of elements visited for one expression that visits some of them more than once.
-const VISITS: usize = 5_000;
+/// The maximum number of nodes of one expression: connectors may repeat expressions that are long themselves.
+const SIZE: usize = 4 * VISITS;
 
 /// The maximum number of values in a drawing for which controllers differ, since each makes the expressions larger.
 const EITHERS: usize = 1000;
@@ -121,7 +121,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         let term = Term { is_written_once, ..Term::default() };
         let outer = std::mem::replace(&mut self.term, term);
         let value = match text.filter(|_| self.is_written()) {
-            Some(text) => self.text(one.line, &text),
+            Some(text) => self.text(one, &text),
             None => self.ways(from).map(|ways| self.joined(one.line, ways)),
         };
         self.term = outer;
@@ -129,7 +129,7 @@ impl<'d> Drawer<'_, '_, 'd> {
     }
 
     /// The value of an expression in the form that generators write.
-    fn text(&mut self, line: u32, text: &Written<'d>) -> Result<Worth, Fault> {
+    fn text(&mut self, end: &'d Element, text: &Written<'d>) -> Result<Worth, Fault> {
         let mut values = BTreeMap::new();
         for &operand in &text.visited {
             let id = operand.0.0;
@@ -160,10 +160,18 @@ impl<'d> Drawer<'_, '_, 'd> {
         if looked.any(|held| self.has_changed(&held)) {
             self.looks_again();
         }
-        Ok(match &text.path {
-            Some(path) => self.of_path(path, &values, line),
-            None => self.truth(false, line),
-        })
+        let value = match &text.path {
+            Some(path) => self.of_path(path, &values, end.line),
+            None => self.truth(false, end.line),
+        };
+        let mut size = 0;
+        value.expr.each(&mut |_| size += 1);
+        if size > SIZE {
+            let what = "the paths that lead to it fork and join too often";
+            let help = "put a coil in between, and use its variable";
+            return Err(end.fault(what).code(Code::NotModelled).help(help));
+        }
+        Ok(value)
     }
 
     fn of_path(
@@ -179,7 +187,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         match path {
             Path::Power => power,
-            Path::One(operand) => values.get(operand).cloned().unwrap_or(power),
+            Path::One(operand) => values[operand].clone(),
             Path::Row(all) => joined(Operator::And, all).unwrap_or(power),
             Path::Fork(all) if all.iter().any(|one| **one == Path::Power) => power,
             Path::Fork(all) => joined(Operator::Or, all).unwrap_or(power),
