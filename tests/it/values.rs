@@ -394,7 +394,7 @@ fn a_stated_count_holds_at_its_place_and_excludes_scans_with_another() {
     let other = |low: u32| format!("[counts]\n\"a.txt:5\" = [{low}, 18]\n");
     let contradicts = |low: u32| {
         Err(format!(
-            "the number of iterations or units of `FOR D50` (a.txt:5) is never {low} to 18: `MOV K19 D50` (a.txt:4) writes D50"
+            "the number of iterations or units of `FOR D50` (a.txt:5) cannot be {low} to 18 as stated: `MOV K19 D50` (a.txt:4) writes D50"
         ))
     };
     assert_eq!(stated(&other(0), set), contradicts(0));

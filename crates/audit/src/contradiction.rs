@@ -136,7 +136,7 @@ fn together(stages: Stages, request: &Request<'_>, end: Instant) -> Vec<Diagnost
     all
 }
 
-/// The message that the number of iterations or units of instruction `at` is never in the stated range. It names the
+/// The message that the number of iterations or units of instruction `at` cannot be in the stated range. It names the
 /// instruction that writes the word: the last one before `at` in the program, otherwise the first one from `at` on.
 fn count_message(program: &Program, at: usize, low: i64, high: i64) -> String {
     let place = |at: usize| {
@@ -144,8 +144,10 @@ fn count_message(program: &Program, at: usize, low: i64, high: i64) -> String {
         let file = &one.place.of(&program.files).name;
         format!("`{}` ({file}:{})", one.text, one.place.line)
     };
-    let never =
-        format!("the number of iterations or units of {} is never {low} to {high}", place(at));
+    let never = format!(
+        "the number of iterations or units of {} cannot be {low} to {high} as stated",
+        place(at)
+    );
     let word = unknown::word(program, at);
     let Some((word, cell)) =
         word.and_then(|word| Some((word.clone(), stated::cell(program, &word)?)))

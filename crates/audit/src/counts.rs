@@ -36,7 +36,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
             if !lower(program, at, low, high) {
                 let text = program.instructions[at].text.clone();
                 let message = format!(
-                    "the number of iterations or units of `{text}` at {place} is never {low} to {high}"
+                    "the number of iterations or units of `{text}` at {place} cannot be {low} to {high} as stated"
                 );
                 faults.push(fault(
                     Part::Value,

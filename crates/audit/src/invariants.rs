@@ -179,7 +179,7 @@ fn statement_of(program: &Program, violation: &Violation) -> String {
             place(at)
         ),
         Violation::Reach(at) => {
-            format!("{} writes only the cells that the bound assumes", place(at))
+            format!("{} writes only cells that the bound takes into account", place(at))
         }
     }
 }

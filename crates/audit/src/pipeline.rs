@@ -426,7 +426,7 @@ impl Followed {
         if !loops.open.is_empty() {
             budget.record_stop(
                 "searching for endless loops",
-                "the audit did not decide for some loops whether they end",
+                "whether each loop of the program ends is not decided yet",
             );
         }
         Ok(loops)

@@ -233,7 +233,8 @@ struct SimulatedScan {
 #[derive(Default)]
 struct Simulated {
     scans: Vec<SimulatedScan>,
-    /// The last scan of the run with its start values, if it takes at least as long as the longest scan found.
+    /// The scan that the run is for, with its start values: the first that takes at least as long as the longest scan
+    /// found. If none was found before, the longest scan of the run.
     last: Option<(RealRun, Witness)>,
     /// The number of scans in `scans` up to `last`, which is the last one of them.
     shown: usize,
@@ -246,7 +247,7 @@ struct Simulated {
 }
 
 impl Simulated {
-    /// The time of the last scan, if it takes at least as long as the longest scan found.
+    /// The time of the scan in `last`.
     fn took(&self) -> Option<Picos> {
         self.last.as_ref().map(|(last, _)| last.replay.total)
     }

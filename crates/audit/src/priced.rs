@@ -82,7 +82,7 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
 /// Refuses a program whose time needs an assumed row, overhead term or factor (`--strict-times`).
 ///
 /// # Errors
-/// Each assumed row with the first instruction that it prices, and each assumed overhead term.
+/// Each assumed row with the first instruction that it prices, each assumed overhead term, and the assumed factor.
 pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure> {
     let mut first: std::collections::BTreeMap<&str, (usize, usize)> =
         std::collections::BTreeMap::new();

@@ -51,7 +51,7 @@ pub enum UnknownKind {
     Indirect,
 }
 
-/// The values that are assumed for a number of iterations or units.
+/// The number of iterations or units that is assumed where it is unknown, and the time that depends on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
     /// The largest number that is assumed.
@@ -72,7 +72,7 @@ impl Unknown {
         }
     }
 
-    /// The assumed values. `None` if the value is not a number of iterations or units.
+    /// The assumed number, and its time. `None` if the value is not a number of iterations or units.
     #[must_use]
     pub fn counts(&self) -> Option<&Counts> {
         match &self.kind {

@@ -42,7 +42,7 @@ struct Observed {
     /// Whether a scan of the runs set the watchdog.
     sets_watchdog: bool,
     /// The longest constant scan time that was certainly set in one of the runs, and the scan that waits for it. `None`
-    /// if no run set one.
+    /// if no scan of the runs certainly waits for one.
     constant: Option<(Picos, WaitingScan)>,
 }
 

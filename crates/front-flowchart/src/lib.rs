@@ -26,7 +26,7 @@ use scanbound_ir::Program;
 /// The dialect, and how it is recognised.
 static DIALECTS: [Dialect; 1] = [Dialect {
     name: NAME,
-    what: "flowchart PC instructions (LBL0: AND 1, CJP LBL1, WAIT, GJ)",
+    what: "a list for a flowchart PC (LBL0: AND 1, CJP LBL1, WAIT, GJ)",
     sniff: Sniff::Text(parse::sniff),
 }];
 

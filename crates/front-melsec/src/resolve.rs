@@ -33,7 +33,7 @@ pub struct DecodeOptions<'a> {
     pub absent_calls_take_no_time: bool,
 }
 
-/// A project with the resolved form of each instruction.
+/// A project with the category and the parsed operands of each instruction.
 pub(super) struct Resolved<'a> {
     pub(super) project: &'a RawProject,
     /// The instructions of all files, one file after another.

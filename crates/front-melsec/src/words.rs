@@ -85,8 +85,8 @@ pub(super) fn are_too_many(instructions: &[RawInstruction], faults: &mut Faults<
         faults.push(Diagnostic::file(
             Code::TooMany,
             faults.file(),
-            format!("the program has more than {MAX_INSTRUCTIONS} instructions"),
-            "check the file: no CPU can hold so many instructions",
+            format!("the file has more than {MAX_INSTRUCTIONS} instructions"),
+            "check the file: real projects have far fewer instructions; scanbound reads no more from one file",
         ));
     }
     too_many

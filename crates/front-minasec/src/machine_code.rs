@@ -112,7 +112,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 number,
                 line,
                 "this record comes after the end-of-file record",
-                "write one file for one program",
+                "give each program a file of its own",
             );
             break;
         }

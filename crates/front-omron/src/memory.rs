@@ -55,7 +55,8 @@ const C_AREAS: [AreaDefinition; 10] = [
     other("EDGE-", &[], u32::MAX, AreaUse::Memories),
 ];
 
-/// The areas of CS, CJ and CP: CIO, W, H, A, D; each bank of E is a further area.
+/// The areas of CS, CJ and CP except E: words, timers, counters, flags, registers, and scanbound's own memories. The
+/// banks of E are areas after these.
 const CS_AREAS: [AreaDefinition; 15] = [
     words("CIO", &["", "CIO"], 6_144),
     words("W", &["W"], 512),

@@ -444,8 +444,9 @@ impl Operand {
         }
     }
 
-    /// The regions that a write of `count` words to the operand may change. If `count` is `None`, that is the whole
-    /// area of the operand. Empty for constants, texts and present values that are not modelled.
+    /// The regions that a write of `count` words to the operand may change. If `count` is `None`: the whole area of a
+    /// word or bit. A flag is always its one cell; an operand whose address is unknown is always all areas that it may
+    /// be in. Empty for constants, texts and present values that are not modelled.
     pub(super) fn regions(&self, count: Option<u32>) -> Vec<Region> {
         match (self, count) {
             (Operand::Word(first) | Operand::Bit(first, _), Some(count)) => {

@@ -169,7 +169,7 @@ impl Fronts {
                 Code::MixedDialects,
                 &input.name,
                 format!(
-                    "this is a {} file, but {} is a {} file",
+                    "this file is in the dialect {}, but {} is in the dialect {}",
                     other.name, first.name, dialect.name
                 ),
                 "audit the files of each project separately: all files of one audit must come from one project",
@@ -217,7 +217,7 @@ impl Fronts {
             .map(|front| front.read(named, &[input], &[], SourceOptions::default()));
         let faults = faults.and_then(Result::err).unwrap_or_default();
         let (message, help) = (
-            format!("this is a {} file, not {}", found.name, named.name),
+            format!("this file is in the dialect {}, not {}", found.name, named.name),
             "omit --dialect, or state the right dialect",
         );
         let wrong: BTreeSet<u32> = faults.iter().filter_map(|fault| fault.line).collect();

@@ -180,9 +180,9 @@ pub enum Count {
     Of {
         /// The term whose value is the number of words.
         term: Term,
-        /// The smallest possible value of the term.
+        /// The smallest number of words for which the operation is modelled.
         least: u32,
-        /// The largest possible value of the term.
+        /// The largest number of words for which the operation is modelled.
         most: u32,
     },
     /// Up to and including the first word that contains a zero byte (the low byte comes first), and at most this many.

@@ -16,7 +16,7 @@ pub struct Pass {
 /// The user's options for passes, and the time budget.
 #[derive(Clone, Copy, Default)]
 pub struct Settings<'a> {
-    /// Which words other writers are assumed to write between scans.
+    /// Which words other writers are assumed to write between scans, besides what the facts name under `[external]`.
     pub trust: Trust,
     /// The time budget of the analysis; `None`: no limit.
     pub budget: Option<&'a Budget<'a>>,

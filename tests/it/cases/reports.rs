@@ -185,7 +185,11 @@ fn a_fact_that_contradicts_the_program_is_named_with_the_instruction_that_does()
     }
     let found = run(&format!("doctor {project}"), &directory);
     assert_eq!(found.code, Some(1));
-    assert!(pattern::normal(&found.stdout).contains("is never 0 to 20"), "{}", found.stdout);
+    assert!(
+        pattern::normal(&found.stdout).contains("cannot be 0 to 20 as stated"),
+        "{}",
+        found.stdout
+    );
     // Nor is a fact blamed that the program keeps.
     std::fs::write(
         directory.join("facts.toml"),

@@ -191,8 +191,8 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     known
 }
 
-/// For each slot, the values that the user's ranges allow at the start of a scan, whoever wrote them; all values
-/// without a range.
+/// For each slot, the values that the user's ranges of single words allow at the start of a scan, whoever wrote them;
+/// all values for other slots, even in the range of a double word.
 fn stated_values(program: &Program, slots: &Slots) -> Vec<Value> {
     let mut start = vec![Value::TOP; slots.cells().len()];
     for range in &program.stated_ranges {
