@@ -182,11 +182,17 @@ fn what_is_no_bit_or_no_set_is_refused() {
             other => panic!("{sets}: {other:?}"),
         }
     };
-    assert_eq!(refused("[[\"X0\", \"Q7\"]]"), "'Q7' under [exclusive] is not a bit of this PLC");
-    assert_eq!(refused("[[\"X0\", \"D0\"]]"), "'D0' under [exclusive] is not a bit of this PLC");
+    assert_eq!(
+        refused("[[\"X0\", \"Q7\"]]"),
+        "'Q7' under [exclusive] is not a bit that scanbound knows by this name"
+    );
+    assert_eq!(
+        refused("[[\"X0\", \"D0\"]]"),
+        "'D0' under [exclusive] is not a bit that scanbound knows by this name"
+    );
     assert_eq!(
         refused("[[\"X0\", \"D0.G\"]]"),
-        "'D0.G' under [exclusive] is not a bit of this PLC"
+        "'D0.G' under [exclusive] is not a bit that scanbound knows by this name"
     );
     assert_eq!(refused("[[\"X0\", \"x0\"]]"), "'x0' occurs twice in a set of [exclusive]");
     for bad in ["[[\"X0\"]]", "[\"X0\", \"X1\"]", "[[1, 2]]", "7"] {

@@ -185,7 +185,10 @@ fn blocks_and_indices_are_shown_to_reach_no_further_than_was_found() {
     let mut sure = concluded(Trust::None, "", write);
     let (names, index) = rests_on(&sure);
     assert_eq!(names, ["counts.smt2"]);
-    assert!(index.contains("MOV D9 D60Z0 writes only the cells that the bound assumes"), "{index}");
+    assert!(
+        index.contains("MOV D9 D60Z0 writes only cells that the bound takes into account"),
+        "{index}"
+    );
     for indexed in sure.followed.program.indexed.values_mut() {
         indexed.proved.iter_mut().for_each(|(_, high)| *high -= 1);
     }
@@ -200,7 +203,7 @@ fn relays_are_shown_to_stay_apart() {
         LD M0; AND M1; Op1; END";
     let (names, index) = rests_on(&concluded(Trust::All, "", steps));
     assert_eq!(names, ALL[..2]);
-    assert_eq!(index, "M0 and M1 are never both on\nM0 and M1 are never both on\n");
+    assert_eq!(index, "M0 and M1 are not both on\nM0 and M1 are not both on\n");
 }
 
 #[test]
@@ -218,7 +221,7 @@ fn relays_that_are_off_after_memory_was_cleared_are_asked_about() {
         files.find(|file| file.name == ALL[0]).expect("a file").text
     };
     let text = file(&sure);
-    let says = "M0 is off in the first scan, because memory was cleared before it";
+    let says = "M0 is off when the first scan starts, because memory was cleared before it";
     assert!(text.contains(says), "{text}");
     assert_eq!(asks(&text), z3::SatResult::Unsat, "{text}");
     // If it were on then, the file would say so.

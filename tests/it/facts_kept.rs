@@ -44,7 +44,10 @@ fn told(text: &str, facts: &str) -> Told {
 }
 
 fn warned(message: &str) -> Told {
-    let what = if message.ends_with("both on") { "that both are on" } else { "this value" };
+    let what = match message.ends_with("both on") {
+        true => "that both are on, which would violate the stated set",
+        false => "this value, which would violate the stated range",
+    };
     Told::Warned(format!("{message} at the end of a scan: the known facts do not exclude {what}"))
 }
 

@@ -48,7 +48,7 @@ pub struct Advice {
     /// tried alone.
     pub found: Vec<Measured>,
     /// The number of statements that were tried but are not in `found`, because they lower the bound by less than a
-    /// thousandth or contradict the program.
+    /// thousandth, contradict the program, or their audit ended without a result.
     pub useless: usize,
     /// The number of statements that were not tried, or not to the end, because the time was over.
     pub untried: usize,
@@ -228,7 +228,8 @@ fn bases(concluded: &Concluded, request: &Request<'_>) -> Option<UntriedFact> {
 }
 
 /// The statement that only the program writes certain devices: those that further assumptions concern in an audit that
-/// trusts all devices. `None` if that audit gives no lower bound, or if the user chose a trust other than the default.
+/// trusts all devices. `None` if the bound of that audit is not lower by at least a thousandth, if it concerns no
+/// devices that can be stated, or if the user chose a trust other than the default.
 fn internal(concluded: &Concluded, request: &Request<'_>) -> Result<Option<UntriedFact>, Failure> {
     let (audit, program) = (&concluded.audit, &concluded.followed.program);
     let Some((_, new)) = trusting_all(audit, request)? else { return Ok(None) };

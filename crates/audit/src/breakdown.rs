@@ -12,7 +12,8 @@ use std::sync::Arc;
 pub enum By {
     /// One part for each program file.
     Program,
-    /// One part for each called routine of each file. The code of a file outside of called routines is one part.
+    /// One part for each called routine and each interrupt routine of each file. The code of a file outside of these
+    /// routines is one part.
     Routine,
     /// One part for each rung.
     Rung,
@@ -42,7 +43,7 @@ pub enum Piece {
     /// All instructions of a program file, by its index in `Audit::files`.
     Program(u32),
     /// A routine, by the index of its file and its name. Without a name: the code of the file outside of called
-    /// routines.
+    /// routines and interrupt routines.
     Routine(u32, Option<Arc<str>>),
     /// A rung, shown by its instruction with the largest part of the bound.
     Rung {
@@ -89,11 +90,12 @@ pub struct Part {
     /// The time of the part, without the table's factor. For [`Piece::Factor`]: what the factor adds.
     pub time: Picos,
     /// The time of the part if every charge took the larger of its two times. What exceeds `time` is saved by mutual
-    /// exclusion.
+    /// exclusion. Equal to `time` for overhead, what is left open, and the factor.
     pub most: Picos,
-    /// The time of those charges in the part whose time is the same in every scan.
+    /// The time of those charges in the part whose time is the same in every scan. For overhead, all of its time.
     pub always: Picos,
-    /// The number of different instructions in the part. 0 for overhead, what is left open, and the factor.
+    /// The number of places in the part that have an instruction: several instructions at one line and step count once.
+    /// 0 for overhead, what is left open, and the factor.
     pub instructions: usize,
 }
 

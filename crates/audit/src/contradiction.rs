@@ -56,7 +56,8 @@ fn deadline(request: &Request<'_>) -> Instant {
 }
 
 /// Replaces the failure of an audit by one that names the contradicting facts, if the failure is that no scan satisfies
-/// the stated facts, and such facts are found. Other failures are returned unchanged.
+/// the stated facts, the request is not one that only tries facts ([`Request::proves_facts`] is true), and such facts
+/// are found. Other failures are returned unchanged.
 pub(super) fn with_contradicting_facts(
     stages: Stages,
     request: &Request<'_>,
@@ -102,7 +103,9 @@ fn contradicting(stages: Stages, request: &Request<'_>) -> Vec<Diagnostic> {
     for (key, &(low, high)) in &facts.ranges {
         let ranges = BTreeMap::from([(key.clone(), (low, high))]);
         if Instant::now() < end && !is_kept(stages, request, &Facts { ranges, ..bare.clone() }) {
-            let message = format!("no scan starts with a value from {low} to {high} in {key}");
+            let message = format!(
+                "[ranges] states a value from {low} to {high} in {key}, but no scan can start with such a value"
+            );
             let help = "state a range that can occur when a scan starts, or remove the statement";
             let fact = ["ranges", key.as_str()];
             faults.push(facts.fault(fact, Part::Value, Code::Facts, message, help));

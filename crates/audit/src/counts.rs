@@ -13,7 +13,8 @@ use std::collections::BTreeSet;
 const MAX_OFFERED: usize = 8;
 
 /// Applies stated counts to the program: lowers the largest number of iterations or units of the instructions, and
-/// records the counts, so that scans with other counts are excluded.
+/// records the counts, so that scans with other counts are excluded. Loops to which the front already applied a count
+/// are left as they are.
 ///
 /// # Errors
 /// Each place that is not in the program or has no count, and each count that is impossible there.

@@ -40,12 +40,13 @@ impl fmt::Display for StartUnknown {
             StartUnknown::Latched => "the relay is latched: after a power failure it keeps the value that it had in the middle of a scan",
             StartUnknown::Others => "other writers than the program may write the relay (the CPU, a network, a module, an interrupt, or those under [external]), or the relay may be on before the first scan ([ranges], its initial value, or power-up does not clear it)",
             StartUnknown::NotWritten => "no instruction of the program writes this relay individually",
-            StartUnknown::AnyValue => "an instruction of the program writes a value to the relay that the analysis does not know",
+            StartUnknown::AnyValue => "an instruction of the program writes to the relay a value that the analysis does not know",
         })
     }
 }
 
-/// The most words of a result that count as written as a whole.
+/// An instruction that writes the result of an operation to a range of cells is taken to write each of them as a word
+/// only if there are at most this many.
 const LONGEST_RESULT: u32 = 64;
 
 /// The relays of a program that only the program writes, so that it determines their values.
@@ -188,7 +189,7 @@ impl<'p> ExclusiveRelays<'p> {
         is_unknown.then_some(StartUnknown::AnyValue)
     }
 
-    /// `Err` if others than the program may write a cell, or wrote it before the first scan.
+    /// `Err` if others than the program may write a cell, or wrote it before the first scan; also for inputs.
     fn is_own(&self, cell: Cell) -> Result<(), StartUnknown> {
         let program = self.program;
         let within = |regions: &[Region]| regions.iter().any(|region| region.contains(cell));

@@ -82,7 +82,7 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
         }
         Some(Stopped { at: stop, reason: StopReason::Error, .. }) if !real.readings.is_empty() => {
             format!(
-                "an operation error at {} stops some controllers in every scan that was tried; state under [controller] whether yours does this: {}{CHOICE}",
+                "on some controllers, an operation error at {} stops the CPU in every scan that was tried; state under [controller] whether yours does this: {}{CHOICE}",
                 at(*stop),
                 readings(program, real)
             )
@@ -121,7 +121,8 @@ pub fn stands_between(program: &Program, real: &RealRun) -> String {
     }
 }
 
-/// The readings on which a run depends, as a facts file names them.
+/// The readings of a standard (points in which controllers differ from it) on which a run depends, in quotes as a facts
+/// file names them, joined by commas.
 fn readings(program: &Program, real: &RealRun) -> String {
     let names = real.readings.iter();
     let names = names.map(|&number| format!("\"{}\"", program.readings[number as usize]));

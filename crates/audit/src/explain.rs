@@ -26,7 +26,7 @@ pub struct ExplainedInstruction {
     /// decoded are left out.
     pub forms: Vec<FormUse>,
     /// The rows of the table that add time for operands in some areas (`@+ZR`) or for bits of words. The times in
-    /// `forms` do not include it.
+    /// `forms` do not include them.
     pub extras: Vec<Row>,
     /// The factor on the whole scan. The times in `forms` do not include it. `None` if the table has none.
     pub factor: Option<Factor>,
@@ -71,7 +71,7 @@ pub enum Follow {
 }
 
 impl Follow {
-    /// The name in reports.
+    /// The name of this degree of precision in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

@@ -89,7 +89,7 @@ fn no_time(request: &Request<'_>) -> Failure {
         .map(|(name, every)| format!("{name} every {every}"))
         .collect();
     let message = format!(
-        "the scan has no bound: with the stated intervals, the interrupts take all the CPU's time ({})",
+        "the scan has no bound: with the stated intervals, the interrupts take all the CPU's time, or are too many in one scan ({})",
         every.join(", ")
     );
     let help = "state longer intervals, or the largest number of interrupts in one scan: --interrupts I28=3";

@@ -92,13 +92,13 @@ pub(super) fn invariants(concluded: &Concluded) -> Invariants {
     file(
         KEPT,
         kept,
-        "Can a scan that starts in an assumed state violate any of these statements?",
+        "If the assumptions below hold when a scan starts, can the scan violate any of these statements?",
         "If all of these statements are true when a scan starts, all are true when it ends:",
     );
     file(
         COUNTS,
         counted,
-        "Can a number of iterations or units, or an index, exceed its limit in a scan that starts in an assumed state?",
+        "If the assumptions below hold when a scan starts, can a number of iterations or units, or an index, exceed its limit in the scan?",
         "No number of iterations or units, and no index, exceeds the limit that the bound uses:",
     );
     if !left.is_empty() {
@@ -130,7 +130,7 @@ fn statement_of_cleared(program: &Program, bits: &[BitTarget]) -> String {
     let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
     let are = if names.len() == 1 { "is" } else { "are" };
     let names = names.join(", ");
-    format!("{names} {are} off in the first scan, because memory was cleared before it")
+    format!("{names} {are} off when the first scan starts, because memory was cleared before it")
 }
 
 /// The ranges of words that the user states for the start of a scan, as sentences, except for words whose range was
@@ -170,8 +170,8 @@ fn statement_of(program: &Program, violation: &Violation) -> String {
         Violation::All(ref bits) => {
             let names: Vec<String> = bits.iter().map(|&bit| program.bit_name(bit)).collect();
             match &names[..] {
-                [a, b] => format!("{a} and {b} are never both on"),
-                _ => format!("{} are never all on", names.join(", ")),
+                [a, b] => format!("{a} and {b} are not both on"),
+                _ => format!("{} are not all on", names.join(", ")),
             }
         }
         Violation::Count(at) => format!(

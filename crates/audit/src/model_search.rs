@@ -56,7 +56,8 @@ pub struct PreparedExplanation<'r> {
 
 impl<'r> ModelSearch<'_, 'r> {
     /// Searches the maximum of each group, combines them to one scan and replays it. `knowledge` is what real runs had
-    /// shown when the model was made. `Err` if the replay disagrees with the model.
+    /// shown when the model was made. `Err` if no scan satisfies the stated facts, none is found in time, or the replay
+    /// disagrees with the model.
     pub fn run(
         &self,
         model: ScanModel,
@@ -97,8 +98,8 @@ impl<'r> ModelSearch<'_, 'r> {
         })
     }
 
-    /// For a large model, prepares the explanations of the group with the most charges. `None` for other models, and
-    /// for a structural bound.
+    /// For a large model, prepares the explanations of the group with the most charges. `None` for other models, for a
+    /// structural bound, and if the time is over.
     fn prepared(&self, model: &ScanModel, groups: &[Group]) -> Option<PreparedExplanation<'r>> {
         let is_large = model.circuit.nodes().len() > LARGE && !self.limits.reached();
         let by_size = |&group: &usize| groups[group].charges.len();

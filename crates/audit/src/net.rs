@@ -1,5 +1,5 @@
-//! How the mutual exclusion of a net's boxes lowers the bound. Sets of relays that the net never marks together are
-//! checked on the code, and those that every scan preserves are used.
+//! How the mutual exclusion of an S-net's elements (places and transitions) lowers the bound. Sets of relays that the
+//! net never marks together are checked on the code, and those that every scan preserves are used.
 
 use super::exclusive_relays::ExclusiveRelays;
 use super::failure::Failure;

@@ -28,8 +28,8 @@ pub struct Offer {
     pub places: Vec<(Location, Arc<str>)>,
     /// The largest time by which the line can lower the bound. `None` if unknown.
     pub worth: Option<Picos>,
-    /// The bounds if the value that the line states and the values named in it are limited, from [`super::what_if`].
-    /// `None` if they were not computed.
+    /// The bounds if the value that the line states, and those from the words in [`SolvedLimits::with`], are limited.
+    /// They come from [`super::what_if`]. `None` if they were not computed.
     pub solved: Option<SolvedLimits>,
 }
 
@@ -298,7 +298,10 @@ fn internal(audit: &Audit) -> Option<Offer> {
     Some(Offer {
         table: "internal",
         line: listed(own.devices.iter()),
-        what: format!("if only the program writes all listed devices, the bound is {}", own.bound),
+        what: format!(
+            "if nothing except the program writes the listed devices, the bound is {}",
+            own.bound
+        ),
         places: Vec::new(),
         worth: audit.bound.upper.checked_sub(own.bound.upper),
         solved: None,

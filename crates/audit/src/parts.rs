@@ -130,7 +130,7 @@ pub struct OverheadUse {
     pub name: String,
     /// The time of the term.
     pub time: Picos,
-    /// The weakest evidence among the rows that give the time.
+    /// The evidence for the time.
     pub evidence: Evidence,
     /// What the time is for, and how it was calculated.
     pub why: String,
@@ -172,7 +172,7 @@ pub struct PathStep {
     pub via: Vec<String>,
     /// Whether the instruction fired: for a contact, whether the test was true; for a jump, whether it was taken.
     pub held: bool,
-    /// The time of the instruction.
+    /// The time of this execution of the instruction.
     pub cost: Picos,
 }
 
@@ -231,7 +231,7 @@ pub struct GroupUse {
     pub solver_calls: u64,
     /// The charges of the group, in the order of execution.
     pub charges: Vec<ChargeUse>,
-    /// The rungs of the group, the longest time first.
+    /// The rungs of the group, the one with the longest possible time first.
     pub rungs: Vec<RungUse>,
     /// How the maximum of the group was searched.
     pub search: method::SearchUse,
@@ -252,7 +252,8 @@ pub struct Tie {
     pub device: String,
     /// The comment of the device. Empty if there is none.
     pub comment: String,
-    /// The number of expressions and charges of the model that use the device's value.
+    /// How often the model uses the device's value directly: the number of gates of the guards' circuit, and of
+    /// charges, that read it.
     pub uses: usize,
 }
 

@@ -116,8 +116,8 @@ pub fn run(
     Vec::new()
 }
 
-/// The controllers, by their readings of a standard, on which each run so far ended with an operation error, each with
-/// the error of the first run. `None` before the first run.
+/// The controllers, by their readings of a standard (points in which they may differ from it), on which each run so far
+/// ended with an operation error, each with the error of the first run. `None` before the first run.
 #[derive(Default)]
 struct AlwaysStopped {
     left: Option<Vec<(Readings, Stopped)>>,
@@ -360,7 +360,7 @@ impl Simulation<'_> {
         done
     }
 
-    /// Simulates one scan. Returns whether another may follow.
+    /// Simulates one scan and adds it to `done`, if it is possible. Returns whether another scan may follow.
     fn scan<'p>(
         &'p self,
         run: &mut Run<'p>,

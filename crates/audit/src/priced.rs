@@ -63,7 +63,7 @@ fn unused_times(times: &[Override], program: &Program, prices: &Prices) -> Vec<D
             (true, true) => continue,
             (_, false) => (
                 format!(
-                    "--time {name} is not used for the table rows {rows}: the times of these rows are larger, or are stated too"
+                    "--time {name} is not used for the table rows {rows}: the times of these rows are larger, or come from your own table"
                 ),
                 "to change the times of these rows too, give a --time for each row",
             ),
@@ -104,13 +104,17 @@ pub fn refuse_assumed(program: &Program, prices: &Prices) -> Result<(), Failure>
         })
         .collect();
     for term in prices.overhead.iter().filter(|term| term.evidence == Evidence::Assumed) {
-        let message = format!("the time of the overhead '{}' is assumed: {}", term.name, term.why);
+        let message = format!(
+            "the time of the overhead '{}' is assumed; its origin: {}",
+            term.name, term.why
+        );
         faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if let Some(Factor { text, source, .. }) =
         prices.factor.as_ref().filter(|factor| factor.evidence == Evidence::Assumed)
     {
-        let message = format!("the factor {text} on the whole scan is assumed: {source}");
+        let message =
+            format!("the factor {text} on the whole scan is assumed; its origin: {source}");
         faults.push(Diagnostic::file(Code::AssumedTime, "", message, help));
     }
     if faults.is_empty() { Ok(()) } else { Err(Failure::Input(faults)) }

@@ -187,7 +187,9 @@ fn run_unseen(search: &RunSearch<'_>, found: &mut RunResults) {
 }
 
 /// Those of the `open` facts (indices into `asked`) that are true at the end of every scan that starts with all facts
-/// true. Only facts are checked whose cells only the program writes and that are true for cleared memory.
+/// true. Only facts are checked whose cells only the program writes and that are true for cleared memory; not ranges of
+/// two words as one number. A fact does not count as proved if no scan changes one of its words or bits: then something
+/// else must write it.
 fn provably_kept(search: &RunSearch<'_>, asked: &[FactCheck], open: &[usize]) -> BTreeSet<usize> {
     let program = search.program;
     let exclusive = ExclusiveRelays::of(program, Trust::All);

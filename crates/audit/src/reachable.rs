@@ -22,7 +22,7 @@ pub const STAGE: &str = "searching for invariants";
 const UNTIL: u32 = 2;
 /// Each search of the stage may use 1/`PARTS` of the remaining time.
 const PARTS: u32 = 8;
-/// The time limit of the stage if the user gives none.
+/// Each search of the stage may take at most this time.
 const LONGEST: Duration = Duration::from_secs(20);
 /// The mutually exclusive relays of a program that the search found. A relay is here a bit that only the program
 /// writes.
@@ -41,8 +41,8 @@ pub struct Relays {
 }
 
 /// The model without scans that start in an unreachable state: with relays all on that no run from power-up leaves on
-/// together. `None` if no such set is found. The sets are recorded in the program's invariants, and all that was found
-/// in the second result. `hints` are additional candidate sets.
+/// together. `None` if nothing is excluded: no such set was found, or the time was over. The sets are recorded in the
+/// program's invariants, and all that was found in the second result. `hints` are additional candidate sets.
 pub fn exclude(
     program: &mut Program,
     prices: &Prices,

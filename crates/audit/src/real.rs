@@ -120,7 +120,7 @@ pub struct EarlyRuns {
     found: RunResults,
     /// Whether more rounds are worthwhile once further runs have shown more.
     goes_on: bool,
-    /// The total number of gates of the models.
+    /// The total number of gates of the models that were searched so far.
     gates: usize,
 }
 
@@ -167,9 +167,9 @@ impl RunSearch<'_> {
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
-    /// Makes a real run of the model's longest scan, which takes `upper`, in addition to the `early` runs, and makes
-    /// further rounds if it is the longest. `Err` if an operation wrote a cell that its effects do not declare, or if a
-    /// run takes longer than `upper`.
+    /// Makes a real run of the model's longest scan, which starts from `longest`, in addition to the `early` runs, and
+    /// makes further rounds if it is the longest. `Err` if an operation wrote a cell that its effects do not declare,
+    /// or if a run takes longer than `upper`, the bound on all charges.
     pub fn continue_from(
         &self,
         longest: &Witness,
@@ -193,10 +193,10 @@ impl RunSearch<'_> {
         Ok(found.without_impossible())
     }
 
-    /// Makes a real run of the model's longest scan, which takes `upper`; and one that starts from `other` if the first
-    /// is impossible or shorter than `upper`. Makes further rounds as long as a longer run may be found. `knowledge` is
-    /// what was learned before. `Err` if an operation wrote a cell that its effects do not declare, or if a run takes
-    /// longer than `upper`.
+    /// Makes a real run of the model's longest scan, which starts from `longest`; and one that starts from `other` if
+    /// the first is impossible or shorter than `upper`. Makes further rounds as long as a longer run may be found.
+    /// `knowledge` is what was learned before. `Err` if an operation wrote a cell that its effects do not declare, or
+    /// if a run takes longer than `upper`, the bound on all charges.
     pub fn run(
         &self,
         [longest, other]: [&Witness; 2],

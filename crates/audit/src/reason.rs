@@ -46,7 +46,7 @@ pub enum Reason {
     SlowestBase(UnstatedBase),
     /// A scan exceeds the limit, but no run from power-up to it was found.
     NotReached {
-        /// The time of the scan.
+        /// The time of the scan that exceeds the limit.
         took: Picos,
     },
     /// The constant scan time exceeds the limit, and it is set, or the program may switch it on.
@@ -76,14 +76,14 @@ pub enum Reason {
     DefaultFirst {
         /// The watchdog time from power-up until the program sets it.
         default: Picos,
-        /// The time that the program sets.
+        /// The watchdog time that the program sets.
         set: Picos,
         /// The device that holds the watchdog time.
         device: &'static str,
     },
     /// More than the permitted share of the deciding time rests on assumed times.
     Assumed {
-        /// The share of assumed times.
+        /// The share of the deciding time that rests on assumed times.
         share: Share,
         /// True: the share of the longest scan found is meant. False: that of the bound.
         of_lower: bool,

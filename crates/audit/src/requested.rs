@@ -60,7 +60,8 @@ pub struct WhatIf {
 pub struct LimitedCount {
     /// The value that is limited: a number of iterations or units, or an index.
     pub unknown: Unknown,
-    /// The bound for each limit in [`WhatIf::most`], in the same order. `None` if the program contradicts that limit.
+    /// The bound for each limit in [`WhatIf::most`], in the same order. `None` if the audit with that limit gave no
+    /// bound: the program contradicts the limit, or the time was over.
     pub solved: Vec<Option<SolvedBound>>,
 }
 
@@ -159,12 +160,12 @@ impl Why {
     #[must_use]
     pub fn reason(&self) -> String {
         match self {
-            Why::NoRelay(_) => "the code has no relay for this element".to_owned(),
+            Why::NoRelay(_) => "the element has no address, or the CPU has no relay with its address".to_owned(),
             Why::StartUnknown(_, why) => why.to_string(),
             Why::NeverOn(_) => "the code never turns this relay on, so another writer must do so, and may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
             Why::NotRead(_) => "no scan depends on the value of this relay at the start of the scan".to_owned(),
             Why::Broken => "a scan can turn on all relays of the set".to_owned(),
-            Why::NoTime => "the time limit was reached before it was decided whether scans preserve the set".to_owned(),
+            Why::NoTime => "the search for exclusive relays ended, at its time limit or because the scan is too complex, before it was decided whether scans preserve the set".to_owned(),
         }
     }
 }

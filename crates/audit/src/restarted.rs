@@ -46,7 +46,8 @@ pub fn upper(
 }
 
 /// An upper bound on the time from the restart `from`, or from the beginning of the scan if that is `None`, to the next
-/// restart that fires or the end of the scan. `None` if the time is too large.
+/// restart that fires or the end of the scan. If it begins or ends with the scan, it includes `around`, the time
+/// outside of the program. `None` if the time is too large.
 fn longest_until_restart(
     model: &ScanModel,
     charges: &[&Charge],

@@ -13,7 +13,8 @@ pub struct RungCharges {
     pub shortest: Option<usize>,
 }
 
-/// The rungs of these charges, the longest time first. `comments` gives the comments of a charge's operands.
+/// The rungs of these charges, the one with the longest possible time first. `comments` gives the comments of a
+/// charge's operands.
 pub fn rungs(charges: &[ChargeUse], comments: impl Fn(usize) -> Vec<String>) -> Vec<RungCharges> {
     let mut by_block: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, charge) in charges.iter().enumerate() {

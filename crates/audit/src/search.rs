@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// The groups whose maxima are searched, and the limits of the search.
 pub struct GroupSearch<'a> {
-    /// The method, the limit to decide, the cancellation and the progress reports.
+    /// The request, which gives the method, the limit to decide, the cancellation and the progress reports.
     pub request: &'a Request<'a>,
     /// The prices, which say how much time the points add that the CPU can have in addition to those charged.
     pub prices: &'a Prices,
@@ -21,7 +21,7 @@ pub struct GroupSearch<'a> {
     pub model: &'a ScanModel,
     /// The groups, the longest time first.
     pub groups: &'a [Group],
-    /// The part of the scan time that is the same in every scan.
+    /// The part of the scan time that is the same in every scan: the overhead, and the charges that belong to no group.
     pub constant: Picos,
     /// When the whole search ends. `None`: there is no time limit.
     pub deadline: Option<Instant>,

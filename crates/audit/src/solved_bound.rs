@@ -6,7 +6,7 @@ use std::fmt;
 /// The upper bound that an additional audit with changed facts or settings gave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SolvedBound {
-    /// No scan takes longer under these settings.
+    /// The upper bound: no scan takes longer if the additional audit's facts and settings are right.
     pub upper: Picos,
     /// Whether the time limit ended the additional audit, so that its bound depends on machine speed and load.
     /// Otherwise every run with the same input finds the same bound.
@@ -23,10 +23,6 @@ impl SolvedBound {
     /// The note that follows the bound in a report: empty unless the time limit ended the audit.
     #[must_use]
     pub fn note(&self) -> &'static str {
-        if self.cut {
-            " or less (the time limit ended the audit that found this bound)"
-        } else {
-            ""
-        }
+        if self.cut { " or less (the audit that found this bound ended early)" } else { "" }
     }
 }

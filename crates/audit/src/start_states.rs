@@ -42,7 +42,7 @@ const MAX_WORDS: usize = 32;
 /// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where
 /// all start states are those that the program reaches; if the user states devices that only the program writes; if the
 /// program has charts, whose state nobody else writes; and after many replacements. `longest` is the start of the
-/// model's longest scan, which takes `upper`.
+/// model's longest scan, and `upper` the bound on all charges.
 pub(super) fn keep_possible(
     search: &RunSearch<'_>,
     prices: &Prices,
@@ -142,7 +142,7 @@ pub(super) fn keep_possible(
     Ok(RunResults { is_start_undecided: true, ..found })
 }
 
-/// Whether a run is possible and as long as the best one.
+/// Whether a run is possible and at least as long as the best one.
 fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
     run.is_possible() && run.replay.total >= best.replay.total
 }
@@ -153,7 +153,8 @@ fn is_large(program: &Program) -> bool {
 
 /// The same run with present values that are consistent with their flags. `presents` are these values with the
 /// condition on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was
-/// if the run is then impossible or shorter.
+/// if the run is then impossible or shorter. In a program that is not large, other present values are not tried: if the
+/// run is impossible with those that it has, the result is `Err`.
 fn with_consistent(
     search: &RunSearch<'_>,
     presents: &[(Cell, &Logic)],
@@ -192,7 +193,8 @@ fn with_consistent(
 }
 
 /// The same run from a start state in which one of these bits has another value. `started` are the start values that
-/// the run read. `Err` with the run as it was if each such scan is impossible or shorter.
+/// the run read. `Err` with the run as it was if each such scan is impossible or shorter, or if the program is not
+/// large: there nothing is tried.
 fn without(
     search: &RunSearch<'_>,
     part: &[(BitTarget, bool)],
@@ -345,7 +347,8 @@ impl<'a> States<'a> {
     }
 
     /// The relays and words that hold when a scan starts what the scan before left, each with its bits, as far as the
-    /// model reads them, apart from the memories of instructions. `None` if there are too many.
+    /// model reads them, apart from the memories of instructions. Empty without [`Trust::All`] if the facts name no
+    /// devices under `[internal]`. `None` if there are too many.
     fn left(
         &self,
         model: &ScanModel,
@@ -378,8 +381,9 @@ impl<'a> States<'a> {
         Some(left)
     }
 
-    /// The memories, and the bits of `left` that the program may change. Whether it may is asked of all that scans may
-    /// do. `bits` are all of them.
+    /// The memories, and the bits of those relays and words of `left` that some scan may change, or to which an
+    /// instruction writes an unknown value. Whether a scan may change them is decided with the model of all scans, not
+    /// only of those for lower bounds. `bits` are all memories and all bits of `left`.
     fn changed(
         &self,
         memories: &[BitTarget],
@@ -451,9 +455,10 @@ impl<'a> States<'a> {
         Predecessors::new(&model, kept, self.limits)
     }
 
-    /// What the scan before may be assumed to have found. Nothing is assumed about the result of an instruction that
-    /// the model does not know, nor about points that controllers or manuals leave open. No timer runs out between two
-    /// instructions.
+    /// How a variable of the earlier scan is treated. [`Treatment::Unknown`]: nothing is assumed about results that the
+    /// model does not know, nor about points that controllers or manuals leave open. [`Treatment::Zero`]: no timer
+    /// advances during the scan or runs out between two instructions, and nothing unusual happens. Others may have any
+    /// value.
     fn standing(&self, model: &ScanModel, variable: VarId) -> Treatment {
         let (kinds, keeping) = (&self.program.kinds, &self.program.timekeeping);
         real::standing_of(model, variable, &|choice| match kinds.get(&choice) {

@@ -54,7 +54,9 @@ pub fn writers(
             .filter(|area| area.role != Role::Internal)
             .map(|area| area.name.trim())
             .collect();
-        let message = format!("'{device}' under [{table}] is not a device or a device range");
+        let message = format!(
+            "'{device}' under [{table}] is not a device or a device range that scanbound knows by this name"
+        );
         let help = format!(
             "write \"D100\" or \"D100-D199\", the lowest number first; the devices of this PLC are {}",
             names.join(", ")
@@ -85,7 +87,8 @@ fn is_special(program: &Program, text: &str) -> bool {
     numbered(text).is_some_and(|(own, ..)| kinds.into_iter().any(|kind| kind == own))
 }
 
-/// A device or device range with decimal numbers: its letters, the first number and the last one.
+/// A device or device range with decimal numbers: its letters, the first number and the last one. `None` if the text is
+/// neither.
 fn numbered(text: &str) -> Option<(String, u32, u32)> {
     let one = |text: &str| {
         let text = text.trim().to_ascii_uppercase();
@@ -125,7 +128,9 @@ pub fn know_scan_times(program: &Program, facts: &Facts) -> Result<(), Vec<Diagn
         };
         let written = |name: &&str| facts.external.iter().any(|text| is_in(name, text));
         if let Some(special) = names.into_iter().find(written).filter(|_| !is_stated) {
-            let message = format!("other writers than the program write {special}, which {what}");
+            let message = format!(
+                "[external] states that other writers than the program write {special}, which {what}"
+            );
             let help = format!("state the time that they set ([scan] {help}), or remove {special}");
             let fact = ["external", "devices"];
             faults.push(facts.fault(fact, Part::Value, Code::Fact, message, &help));
@@ -150,7 +155,9 @@ pub fn exclude(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnosti
         let mut bits: Vec<BitSource> = Vec::new();
         for name in set {
             match bit(program, name) {
-                None => fault(format!("'{name}' under [exclusive] is not a bit of this PLC")),
+                None => fault(format!(
+                    "'{name}' under [exclusive] is not a bit that scanbound knows by this name"
+                )),
                 Some(bit) if bits.contains(&bit) => {
                     fault(format!("'{name}' occurs twice in a set of [exclusive]"));
                 }
@@ -354,7 +361,8 @@ pub fn questionable(program: &Program, table: &Table, facts: &Facts) -> Vec<Diag
     warnings
 }
 
-/// Reports facts that are stated for the start of a scan, but that a real run violates.
+/// Reports facts that are stated for the start of a scan, but that a real run violates: as warnings, if the fact may
+/// still be right.
 ///
 /// # Errors
 /// If the program writes a constant outside of a range, or a run from power-up violates the fact whatever comes from
@@ -388,7 +396,7 @@ pub fn violations(
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "{wrote} may leave {value} in {word} at the end of a scan: the known facts do not exclude this value"
+                "{wrote} may leave {value} in {word} at the end of a scan: the known facts do not exclude this value, which would violate the stated range"
             );
             let help = "check the range, or state what prevents this value, such as the ranges of the words that it is computed from";
             doubtful
@@ -409,11 +417,11 @@ pub fn violations(
                 "the program violates this fact: {by} {leave} {names} both on when the scan ends, {}",
                 from_power_up(*scan)
             );
-            let help = "remove one of the two bits from the set";
+            let help = "both bits can be on when a scan starts: remove one of them from the set";
             broken.push(facts.fault(fact, Part::Value, Code::BrokenFact, message, help));
         } else {
             let message = format!(
-                "{by} may leave {names} both on at the end of a scan: the known facts do not exclude that both are on"
+                "{by} may leave {names} both on at the end of a scan: the known facts do not exclude that both are on, which would violate the stated set"
             );
             let help = "check the set, or state what prevents this, such as inputs that are never on together";
             doubtful

@@ -286,8 +286,8 @@ pub fn surely_sets(
     is_set
 }
 
-/// Follows the beginning of the program up to the first jump or call, as long as `each` returns true. Calls it for each
-/// instruction that certainly fires if these bits are on, with the longest time passed so far.
+/// Follows the beginning of the program up to the first jump or call, as long as `visit` returns true. Calls `visit`
+/// for each instruction that certainly fires if these bits are on, with the longest time passed so far.
 fn follow_beginning(
     program: &Program,
     times: &[Times],

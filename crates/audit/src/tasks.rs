@@ -97,7 +97,7 @@ fn by_intervals(
     bounds: &[(Option<Picos>, Picos)],
     at: usize,
 ) -> Result<Picos, String> {
-    let execution = bounds[at].0.ok_or("its own time has no bound")?;
+    let execution = bounds[at].0.ok_or("its execution time has no bound")?;
     let mut before = Vec::new();
     for (other, task) in all.iter().enumerate() {
         if other == at || !task.delays(&all[at]) {

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const STAGE: &str = "comparing timers with edges";
 /// The stage may use 1/`UNTIL` of the time limit.
 const UNTIL: u32 = 4;
-/// The stage may use at most this time.
+/// The proof of the exclusions may take at most this time.
 const LONGEST: Duration = Duration::from_secs(5);
 /// The most pairs that are checked.
 const MAX_PAIRS: usize = 4_000;

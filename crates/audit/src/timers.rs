@@ -129,7 +129,8 @@ fn unresolved_timers(program: &Program) -> Vec<(ChoiceId, Picos, bool)> {
 }
 
 /// An upper bound on the scan: every instruction at its larger time, with the overhead and all points that the CPU can
-/// have. `None` if the scan may take longer than that, because a fact is not stated or a loop has no bound.
+/// have. `None` if the scan may take longer than that, because a fact is not stated or a loop has no bound, or if the
+/// time is too large to represent.
 fn longest(program: &Program, prices: &Prices, model: &ScanModel) -> Option<Picos> {
     let is_open = |doubt: &Doubt| !matches!(doubt, Doubt::Points(_));
     let is_endless = |step: &Step| matches!(step, Step::Unbounded { .. });

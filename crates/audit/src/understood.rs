@@ -101,7 +101,7 @@ fn understand(
         return Err(Failure::from(no_clock()));
     }
     if request.facts.latched.is_some() && !machine.latched {
-        let message = "`[io] latched` cannot be stated for this PLC: the PLC always reads its inputs in the same way";
+        let message = "`[io] latched` is not used for this PLC: it applies only to programs for flowchart PCs";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
@@ -119,7 +119,7 @@ fn understand(
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
         let message = format!(
-            "`[index] {key}` cannot be stated for this PLC: its programs have no such accesses"
+            "`[index] {key}` is not used for this PLC: it applies only to programs for MELSEC PLCs"
         );
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");

@@ -24,7 +24,8 @@ const MAX_ORIGINS: usize = 4;
 /// A value on which the bound depends, about which nothing or little is known, and which the user can state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Unknown {
-    /// The word that holds the unknown value, as written in the source.
+    /// The name of the word that holds the unknown value. If no word holds it: an operand or the text of the
+    /// instruction, `index bits` or `indirect addresses`.
     pub word: Arc<str>,
     /// The places where the value matters, with the instructions there. For a count: the longest time first; for
     /// others: in the order of the scan. At least one.
@@ -242,7 +243,8 @@ struct Costs<'a> {
 
 impl Costs<'_> {
     /// The largest number of iterations or units of an instruction, and the time of that many. `most` is the number for
-    /// instructions that have neither. `None` for a summary without a number of iterations.
+    /// an instruction that reads none from a word; its time is then that of the whole instruction. `None` for a summary
+    /// without a number of iterations.
     fn counted(&mut self, at: usize, most: i64) -> Option<(i64, Picos)> {
         match &self.program.instructions[at].step {
             Step::ForBegin { most, end, .. } => {
@@ -279,7 +281,8 @@ impl Costs<'_> {
         self.times[at].with(units).max(self.times[at].off)
     }
 
-    /// The time of a routine from its first instruction to the first return after it. 0 in a recursive call.
+    /// The time of a routine from its first instruction to the first return after it. 0 in a recursive call, and if no
+    /// return follows.
     fn routine(&mut self, entry: usize) -> Picos {
         if let Some(&known) = self.routines.get(&entry) {
             return known;

@@ -143,11 +143,11 @@ impl Assumed {
 /// The verdict of a check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// No scan with the margin exceeds the limit.
+    /// The limit is proved: no scan exceeds it, even with the margin added to its time.
     Proved,
-    /// A replayed scan exceeds the limit, or never ends.
+    /// The limit is refuted: a scan was found that exceeds it with the margin added, or that never ends.
     Refuted,
-    /// Undecided, for these reasons.
+    /// The limit is neither proved nor refuted, for these reasons.
     Undecided(Vec<Reason>),
 }
 
@@ -168,7 +168,7 @@ impl Verdict {
 pub enum Measure {
     /// The scan's execution time, including the wait for the constant scan time.
     Cycle,
-    /// The scan's execution time.
+    /// The scan's execution time, without the wait for the constant scan time.
     Execution,
     /// The longest time without a restart of the watchdog, which the watchdog limits.
     Stretch,
@@ -247,8 +247,9 @@ impl Check {
         check.judged(audit, lower)
     }
 
-    /// Checks an audit against the watchdog: the longest time between two restarts against the watchdog time. `None` if
-    /// neither the CPU's default nor any time that the program sets is known.
+    /// Checks an audit against the watchdog time: the longest time without a restart of the watchdog, or the execution
+    /// time of the scan if no instruction restarts it. `None` if neither the CPU's default nor any time that the
+    /// program sets is known.
     #[must_use]
     pub fn of_watchdog(audit: &Audit, margin: Margin) -> Option<Check> {
         let watchdog = &audit.watchdog;

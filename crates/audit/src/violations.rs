@@ -15,10 +15,10 @@ pub struct Violations {
 }
 
 impl Violations {
-    /// Records what a run violates, if the run is possible. Of a range, a violation by a constant that the program
-    /// writes is kept; one by a computed value is replaced by later ones. `scan` is the number of the scan since
-    /// power-up, if the run is a scan that has the same violations whatever the values from outside are; otherwise
-    /// `None`.
+    /// Records what a run violates, if the run is possible. Of a range, the first violation by a constant that the
+    /// program writes, or with a `scan`, is kept; others are replaced by later ones. `scan` is the number of the scan
+    /// since power-up, if the run is a scan that has the same violations whatever the values from outside are;
+    /// otherwise `None`.
     pub fn note(&mut self, program: &Program, one: &RealRun, scan: Option<usize>) {
         if !one.is_possible() {
             return;

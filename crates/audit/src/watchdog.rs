@@ -138,7 +138,7 @@ impl ScanControlAnalysis<'_> {
     }
 
     /// Whether every run certainly sets the watchdog in its first scan and restarts it after that, within the default
-    /// time. Then the default time no longer matters.
+    /// time. Then the default time no longer matters. False if the default time is unknown.
     fn is_set_first(&self, times: &[Times], around: Picos) -> bool {
         let passed = stretch::until_set(self.program, times, around);
         passed.is_some_and(|passed| self.default().is_some_and(|default| passed <= default))

@@ -24,7 +24,7 @@ const STAGE: &str = "solving what if";
 const MAX_STEPS: usize = 5;
 /// The largest number of audits that measure assumptions.
 const MAX_PRICING: usize = 64;
-/// A change of the bound is listed only if it is at least the bound divided by this.
+/// A change of the bound is listed only if it is at least the lower one of the two bounds divided by this.
 const SMALLEST: u64 = 1000;
 
 /// Adds to an audit how much its unknown numbers and its assumptions are worth. `most` are the limits that are tried
@@ -77,7 +77,8 @@ fn stated_counts(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<W
 }
 
 /// The devices for which a statement that only the program writes them lowers the bound: first all are tried together,
-/// then those that do not matter are removed.
+/// then those that do not matter are removed. `None` if the statement does not lower the bound by at least a
+/// thousandth.
 fn internal_devices(
     concluded: &Concluded,
     request: &Request<'_>,
@@ -158,7 +159,8 @@ pub(super) struct Run {
     assumptions: Vec<Assumption>,
 }
 
-/// Audits with each of these facts, several in parallel. `None` for facts that contradict the program.
+/// Audits with each of these facts, several in parallel. `None` for facts with which the audit has no result: they
+/// contradict the program, or the time was over.
 pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<Run>>, Failure> {
     let run = |facts: &Facts| {
         let request = Request {
@@ -204,8 +206,9 @@ pub(super) fn runs(request: &Request<'_>, facts: &[Facts]) -> Result<Vec<Option<
     Ok(found)
 }
 
-/// Limits the unknown value that is named first, then the one that is named first after that, and so on: the effect of
-/// one is often hidden by the next. If a step changes next to nothing, the count with the longest time is limited next.
+/// Limits the first unknown value of the audit, then the first new one of the audit with this limit, and so on, up to
+/// [`MAX_STEPS`]: the effect of one is often hidden by the next. Targets of indirect addresses are passed over. If a
+/// step changes next to nothing, the count with the longest time is limited next.
 fn steps(audit: &Audit, request: &Request<'_>, most: &[u32]) -> Result<Vec<LimitedCount>, Failure> {
     let mut steps: Vec<LimitedCount> = Vec::new();
     let mut facts = vec![request.facts.clone(); most.len()];
@@ -265,8 +268,9 @@ struct PricedAssumptions {
     minor: Option<Minor>,
 }
 
-/// Finds how much each assumption lowers the bound `upper`. Many are removed at once. If that changes the bound, each
-/// half of them is tried, and so on. This works because removing assumptions never lowers the bound.
+/// Finds for each assumption the bound without it. `bounds` are those with all of them. Many are removed at once. If
+/// that changes the bound, each half of them is tried, and so on. This works because removing assumptions never lowers
+/// the bound.
 fn priced(
     mut all: Vec<Assumption>,
     program: &Program,

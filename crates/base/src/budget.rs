@@ -55,7 +55,8 @@ impl<'a> Budget<'a> {
         Budget { limit, start, cancelled, cuts: Mutex::new(cuts) }
     }
 
-    /// The moment at which the time limit is reached; `None` without a limit.
+    /// The moment at which the time limit is reached; `None` without a limit, or if it is too far away to be
+    /// represented.
     #[must_use]
     pub fn deadline(&self) -> Option<Instant> {
         self.limit.and_then(|limit| self.start.checked_add(limit))
@@ -102,7 +103,8 @@ impl<'a> Budget<'a> {
         cuts.push(EarlyStop { reason: by, stage, unfinished: open.into() });
     }
 
-    /// The records of all stages that stopped early, in order.
+    /// The records of all stages that stopped early: first those given to [`Budget::new`], then the others in the order
+    /// in which they were recorded.
     #[must_use]
     pub fn early_stops(self) -> Vec<EarlyStop> {
         self.cuts.into_inner().unwrap_or_else(PoisonError::into_inner)

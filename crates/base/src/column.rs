@@ -22,8 +22,8 @@ pub const UNITS: [Unit; 5] = [
 ];
 
 impl Unit {
-    /// Finds a unit by its abbreviation or another usual spelling of it (`usec`, `sec`). `None` if there is no such
-    /// unit.
+    /// Finds a unit by its abbreviation or another usual spelling of it (`usec`, `sec`). Letter case matters,
+    /// surrounding blanks do not. `None` if there is no such unit.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Unit> {
         let name = match name.trim() {
@@ -37,7 +37,7 @@ impl Unit {
     }
 
     /// The unit that a column heading names after its words: `scan_us`, `Time [s]`, `t (ms)`, `Time, us`. `None` if it
-    /// names none.
+    /// names none, or consists of a unit alone (`us`).
     #[must_use]
     pub fn of_heading(head: &str) -> Option<Unit> {
         let head = head.trim().trim_end_matches([']', ')']);
@@ -58,8 +58,8 @@ impl Unit {
         words.trim_matches([' ', '_', '[', '(', ',', '/', '-']).to_lowercase()
     }
 
-    /// Converts a decimal number in this unit, with optional sign and exponent, to picoseconds, rounded to the nearest.
-    /// `None` if the text is not such a number, or the number is too large.
+    /// Converts a decimal number in this unit, with optional sign and exponent, to picoseconds, rounded to the nearest,
+    /// halves away from zero. `None` if the text is not such a number, or the number is too large (from 10^30 ps on).
     #[must_use]
     pub fn read(self, text: &str) -> Option<i128> {
         let text = text.trim();
@@ -104,7 +104,7 @@ impl fmt::Display for Unit {
 }
 
 /// The byte range of cell number `number` (from 0) in a line of a CSV file, without surrounding blanks and quotation
-/// marks. `None` if the line has fewer cells.
+/// marks. A delimiter between quotation marks ends no cell. `None` if the line has fewer cells.
 #[must_use]
 pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
     let (mut quoted, mut begin, mut seen) = (false, 0, 0);
@@ -126,7 +126,8 @@ pub fn cell(line: &str, delimiter: u8, number: usize) -> Option<Range<usize>> {
 }
 
 /// The line number, from 1, at which a CSV record begins. `at` is the position that the CSV reader gives, which counts
-/// blank lines and comments before a record as part of it; this function skips them. Without a position: 1.
+/// blank lines and comments before a record as part of it; this function skips them. `comment` is the first byte of a
+/// comment. Without a position: 1.
 #[must_use]
 pub fn line_of(bytes: &[u8], at: Option<&csv::Position>, comment: u8) -> u32 {
     let Some(at) = at else { return 1 };

@@ -18,11 +18,11 @@ pub struct Diagnostic {
     pub code: Code,
     /// Whether the input is rejected (error) or accepted (warning).
     pub severity: Severity,
-    /// The file's name as the user gave it.
+    /// The file's name as the user gave it. Empty if the finding is about no file, for example about an option.
     pub file: String,
     /// The line in the file, from 1; `None` if the finding is about the whole file.
     pub line: Option<u32>,
-    /// The PLC's step number. `None` if the file gives none.
+    /// The step number that the PLC's own editor gives the instruction. `None` if the file gives none.
     pub step: Option<u32>,
     /// The source text of the line, or the part of it that matters.
     pub text: String,
@@ -34,12 +34,12 @@ pub struct Diagnostic {
     pub help: String,
 }
 
-/// The longest word of a message, in bytes. A longer word is text of the source, and is cut.
+/// The longest word of a message or help text, in bytes. A longer word is text of the source, and is cut.
 const LONGEST_WORD: usize = 160;
 /// The largest number of bytes of a source line that a finding keeps.
 const LONGEST_LINE: usize = 20_000;
 
-/// Shortens words that are longer than [`LONGEST_WORD`].
+/// Cuts those words of a text (what blanks separate) that have more than [`LONGEST_WORD`] bytes to this length.
 fn in_short(message: String) -> String {
     if message.split(' ').all(|word| word.len() <= LONGEST_WORD) {
         return message;

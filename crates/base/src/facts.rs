@@ -39,11 +39,11 @@ pub struct Facts {
     pub inputs: Option<u32>,
     /// The number of output points that the CPU refreshes. `None` if not stated.
     pub outputs: Option<u32>,
-    /// The type of base unit that holds all modules, by its name in timing tables (`main`). `None` if not stated, or
-    /// stated for inputs and outputs in `by_base`.
+    /// The type of base unit that holds all modules, by its name in timing tables (`main`). `None` if not stated. What
+    /// `by_base` states takes precedence.
     pub base: Option<String>,
-    /// The numbers of input points (first) and of output points (second), by type of base unit. Empty if one number is
-    /// stated for all base units; otherwise `inputs` or `outputs` is the sum.
+    /// The numbers of input points (first) and of output points (second), by type of base unit. A map is empty if no
+    /// number, or one number for all base units, is stated; otherwise `inputs` or `outputs` is its sum.
     pub by_base: [BTreeMap<String, u32>; 2],
     /// The longest time that network refresh takes in one scan; zero if there is no network. `None` if not stated.
     pub network: Option<Picos>,
@@ -85,7 +85,7 @@ pub struct Facts {
     /// The order in which a chart's actions are executed in one scan. `None` if not stated.
     pub action_order: Option<ActionOrder>,
     /// How a controller executes charts: whether it executes the blocks of drawn transition conditions in each scan,
-    /// and the conditions read the outputs of the previous scan.
+    /// and the conditions read the outputs of the previous scan. `false` if this is not stated.
     pub drawn_last_scan: bool,
     /// What the controller does in another way than the standard has it (`true`), or as the standard has it (`false`),
     /// by the description that reports give it.

@@ -5,8 +5,8 @@ const SHORTEST: usize = 3;
 
 /// The most similar known name, at most two edits away, or one edit if `wrong` has fewer than six characters. An edit
 /// is a character changed, removed, added, or swapped with the next. Letter case is ignored. Among equally similar
-/// names, one with the same characters in another order comes first. `None` if no known name is that similar, or
-/// `wrong` has fewer than three characters.
+/// names, one with the same characters in another order comes first. A name that differs in letter case alone is not
+/// suggested. `None` if no known name is that similar, or `wrong` has fewer than three characters.
 pub fn nearest(wrong: &str, known: impl IntoIterator<Item = String>) -> Option<String> {
     let wrong = wrong.trim().to_uppercase();
     let length = wrong.chars().count();

@@ -4,8 +4,8 @@ use std::fmt;
 use std::iter::Sum;
 use std::str::FromStr;
 
-/// A duration in whole picoseconds (ps). Sums are checked: an overflow (over 213 days) panics, because a wrapped sum
-/// would be a bound that is too low.
+/// A duration in whole picoseconds (ps). Sums and products are checked: an overflow (over 213 days) panics, because a
+/// wrapped result would be a bound that is too low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Picos(pub u64);
 
@@ -24,7 +24,7 @@ pub enum TimeError {
     /// The number has decimals below a picosecond.
     #[error("finer than a picosecond")]
     TooFine,
-    /// The time is larger than `u64` picoseconds.
+    /// The time in picoseconds does not fit into a `u64`.
     #[error("too large")]
     TooLarge,
     /// The duration has no unit, or an unknown one.
@@ -65,7 +65,7 @@ impl Picos {
     /// Reads decimal microseconds (`1.52`) without rounding.
     ///
     /// # Errors
-    /// If the text is not a decimal number, has decimals below a picosecond, or is too large.
+    /// If the text is negative or not a decimal number, has decimals below a picosecond, or is too large.
     pub fn from_us_text(text: &str) -> Result<Picos, TimeError> {
         decimal(text.trim(), 6)
     }
@@ -74,7 +74,8 @@ impl Picos {
     /// rounding.
     ///
     /// # Errors
-    /// If the unit is missing, or the number is not decimal, has decimals below a picosecond, or is too large.
+    /// If the unit is missing or unknown, or the number is negative, is not decimal, has decimals below a picosecond,
+    /// or is too large.
     ///
     /// # Examples
     /// ```
@@ -127,13 +128,15 @@ impl Picos {
         decimal_text(self.0, 6)
     }
 
-    /// The exact time in the unit that suits it best (`8.448 ms`, `20 ns`).
+    /// The exact time in the largest of the units s, ms, us and ns of which it has at least one, otherwise in ns
+    /// (`8.448 ms`, `20 ns`, `0.5 ns`). Zero is in us.
     #[must_use]
     pub fn best_text(self) -> String {
         self.text_like(self)
     }
 
-    /// The exact time in the unit that suits `other` best, so that times shown side by side have one unit.
+    /// The exact time in the unit in which [`Picos::best_text`] shows `other`, so that times shown side by side have
+    /// one unit.
     #[must_use]
     pub fn text_like(self, other: Picos) -> String {
         let (digits, unit) = match other.0 {

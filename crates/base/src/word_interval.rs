@@ -18,7 +18,7 @@ impl WordInterval {
     }
 
     /// The interval of the integers `low..=high`, each modulo 65,536; all values if the range is as long as that or
-    /// longer.
+    /// longer, or if `low` is above `high`.
     pub fn of(low: i64, high: i64) -> WordInterval {
         match u16::try_from(high - low) {
             Ok(span) if span < u16::MAX => WordInterval { low: low as u16, span },
@@ -151,7 +151,7 @@ fn signed_bounds(words: &[WordInterval]) -> Option<(i64, i64)> {
 
 /// The ranges, each from its least to its largest value, in which a signed number of one or two words (low word first)
 /// lies. A single word whose interval passes from 32,767 to -32,768 gives two ranges, unless it may have all values.
-/// Empty for numbers of more words.
+/// Empty for other numbers of words.
 #[must_use]
 pub fn signed_ranges(words: &[WordInterval]) -> Vec<(i64, i64)> {
     let (least, largest) = (i64::from(i16::MIN), i64::from(i16::MAX));

@@ -13,7 +13,7 @@ const MAX_STATES: usize = 500_000;
 pub const MAX_BACK_JUMPS: usize = 64;
 
 /// What is known when the instruction with index `at` is executed. A bit that is in no map may be on or off; a test
-/// makes its value known.
+/// makes its value known, except that of an input without an image.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct State {
     at: usize,

@@ -154,7 +154,7 @@ fn blocks(source: &Source) -> Vec<u32> {
     blocks
 }
 
-/// Whether the instruction after a label is a test.
+/// Whether the instruction after the label or group head with index `label` is a test.
 fn blocks_begin_with_test(source: &Source, label: usize) -> bool {
     source.instructions.get(label + 1).is_some_and(|next| next.op.is_test())
 }
@@ -172,7 +172,8 @@ struct Lowering<'s> {
     /// The timers whose state is remembered from pass to pass.
     timers: BTreeSet<u32>,
     program: Program,
-    /// Calls of groups that are not resolved yet: the index of the lowered call, and the group.
+    /// The calls of groups: the index of the lowered call, and the group. Their targets are set when the group is
+    /// lowered.
     calls: Vec<(usize, u32)>,
     /// Instructions whose over-approximation is already listed.
     reported: BTreeSet<usize>,
@@ -187,7 +188,8 @@ struct RoutineLayout {
     copies: usize,
     /// The index of the first lowered instruction of each spot.
     laid: BTreeMap<Spot, usize>,
-    /// Jumps to spots that are not lowered yet: the index of the lowered jump, and its target.
+    /// The jumps to spots of the routine: the index of the lowered jump, and its target. They are resolved when all
+    /// spots are lowered.
     jumps: Vec<(usize, Spot)>,
     /// Jumps back out of the last copy of a group: the lowered jump, its index in the source, and the index of its
     /// target in the source.
@@ -425,7 +427,7 @@ impl Lowering<'_> {
     }
 
     /// A new external choice, whether a timer that was started in an earlier pass has timed out. `memory` is the bit
-    /// that says that it was started; `tenths` is its time.
+    /// that says that it was started; `tenths` is its time in tenths of a second.
     fn elapsed(&mut self, memory: Cell, tenths: u32) -> Logic {
         let over = ChoiceId(self.program.choices);
         let words = [tenths as u16, (tenths >> 16) as u16].map(WordSource::Const);

@@ -6,7 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Chooses the values that the program does not determine. A value is asked for again only after it may have changed:
 /// that of an input at each test, or once in a pass if there is an input image.
 pub trait Plant {
-    /// The state of an input or output when the pass starts, if nothing has set it before.
+    /// The state of an input: asked at each test, or at the first test of a pass if there is an input image. The state
+    /// of an output that nothing has set or read before.
     fn bit(&mut self, bit: u32) -> bool;
     /// Whether a timer that was not used before is running or has timed out.
     fn started(&mut self, timer: u32) -> bool;
@@ -25,7 +26,7 @@ pub trait Plant {
 pub enum Ended {
     /// The pass ended at a jump back or a WAIT of the main routine.
     Pass,
-    /// The pass did not end within the instruction limit, so it repeats for ever.
+    /// The pass did not end within 20,000 instructions, and is taken to repeat for ever.
     Never,
 }
 

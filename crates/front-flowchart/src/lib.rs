@@ -30,10 +30,10 @@ static DIALECTS: [Dialect; 1] = [Dialect {
     sniff: Sniff::Text(parse::sniff),
 }];
 
-/// The front for flowchart PCs.
+/// Reads programs for flowchart PCs: the implementation of [`Front`] for the dialect `flowchart`.
 pub struct Flowchart;
 
-/// The entry for the list of fronts.
+/// The value of [`Flowchart`] that the list of all fronts contains.
 pub const FRONT: Flowchart = Flowchart;
 
 impl Front for Flowchart {
@@ -70,7 +70,7 @@ impl Project for Source {
     }
 }
 
-/// The name of the CPU for which the built-in timing table is, used for every program of this dialect.
+/// The name of the CPU of every program in this dialect. The built-in timing table for flowchart PCs has it too.
 pub const CPU: &str = "FLOWCHART-PC";
 
 /// Reads the only file.
@@ -94,7 +94,7 @@ fn read(files: &[&Input]) -> Result<Source, Vec<Diagnostic>> {
 /// Reads a program from the text of a file with the name `name`.
 ///
 /// # Errors
-/// All errors.
+/// The errors and warnings of the text, of each at most 50.
 pub fn read_text(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = scanbound_front::Faults::new(name);
     let list = parse::read(text, &mut faults);

@@ -13,7 +13,7 @@ const LARGEST: u32 = 9999;
 /// The help text with all instructions.
 const FORM: &str = "the instructions are AND n, AND NOT n, OUT n, OUT NOT n, TIM n #t, CNR TIM n, JMP LBLn, CJP LBLn, WAIT, LBL n, GJ, GS n, GOFF n, GN n and GE n; comments begin with ;";
 
-/// A mnemonic.
+/// A mnemonic of flowchart PCs, in any of its notations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mnemonic {
     And,
@@ -33,7 +33,7 @@ pub enum Mnemonic {
     End,
 }
 
-/// All mnemonics with their parts.
+/// The notations of all mnemonics: the words that form each, and the mnemonic. The first entry that fits counts.
 const WORDS: [(&[&str], Mnemonic); 17] = [
     (&["AND", "NOT"], Mnemonic::AndNot),
     (&["AND"], Mnemonic::And),
@@ -90,11 +90,11 @@ pub struct Listed {
     pub line: u32,
     /// The address of the instruction, if one is given.
     pub step: Option<u32>,
-    /// The source text.
+    /// The instruction in one notation, with single blanks (`GOFF 1` also for `G OFF 1`), for messages.
     pub text: String,
     /// The byte range of its operand in the file, or of its mnemonic if it has none.
     pub at: Range<u32>,
-    /// The comment of the instruction's line.
+    /// The comment of the instruction's line; empty if there is none.
     pub comment: String,
 }
 
@@ -111,8 +111,8 @@ impl PartialEq<str> for Token {
     }
 }
 
-/// Splits a line into words and the comment. Dots between words count as blanks (`OUT·NOT`), and signs are separated
-/// from numbers (`LBL0:` becomes `LBL`, `0`, `:`).
+/// Splits a line into words and the comment. Dots and hyphens count as blanks (`OUT·NOT`), and signs are separated from
+/// numbers (`LBL0:` becomes `LBL`, `0`, `:`).
 fn split(line: &str) -> (Vec<Token>, String) {
     let (code, comment) = line.split_once([';', '；']).unwrap_or((line, ""));
     let mut words: Vec<Token> = Vec::new();
@@ -158,9 +158,9 @@ fn mnemonic(words: &[Token]) -> Option<(Mnemonic, usize)> {
     WORDS.iter().find(begins).map(|(parts, word)| (*word, parts.len()))
 }
 
-/// Whether a file begins like an instruction list of a flowchart PC: at least half of its lines are known mnemonics
-/// with bare numbers or labels, and none is an LD. If no line shows that it belongs to a flowchart PC, all must be
-/// known.
+/// Whether a file begins like an instruction list of a flowchart PC: at least half of its first 60 lines are known
+/// mnemonics with bare numbers or labels, and none is an LD. If no line shows that it belongs to a flowchart PC, all
+/// must be known.
 pub fn sniff(beginning: &str) -> bool {
     let (mut seen, mut known, mut own, mut loads) = (0_usize, 0_usize, 0_usize, 0_usize);
     for line in beginning.lines().take(LOOKED_AT) {
@@ -198,7 +198,7 @@ fn is_head(words: &[Token]) -> bool {
     words.first().is_some_and(|one| one == "ADR" || one == "ADDRESS" || one == "LABEL")
 }
 
-/// Reads the instructions of a list in source order. A line with an error is reported and left out.
+/// Reads the instructions of a list in source order. An error is reported, and the rest of its line is left out.
 pub fn read(text: &str, faults: &mut Faults<'_>) -> Vec<Listed> {
     let mut list = Vec::new();
     let mut line = 0_u32;
@@ -270,7 +270,7 @@ impl Line<'_> {
                             faults,
                             mark.at.start..time.at.end,
                             Code::TimeAlone,
-                            "this line has a time, but no timer comes before it",
+                            "this line has a time, but no timer that needs one comes before it",
                             "write TIM n #t, t in tenths of a second",
                         );
                     }

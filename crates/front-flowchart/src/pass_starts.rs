@@ -10,7 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const MAX_STEPS: usize = 2_000_000;
 /// If there are more timers than this, states do not contain timers.
 const MAX_TIMERS: usize = 250;
-/// If there are more outputs than this, states do not contain outputs: each may be on or off at power-up.
+/// If the program tests more outputs than this, states do not contain outputs: since each may be on or off at power-up,
+/// the search would begin with too many states.
 const MAX_OUTPUTS: usize = 6;
 
 /// A state at the beginning of a pass.
@@ -20,7 +21,8 @@ pub struct Start {
     pub main: usize,
     /// The running groups, each with the instruction at which it continues.
     pub groups: BTreeMap<u32, usize>,
-    /// The timers that were started and not reset.
+    /// The timers, among those in [`PassStarts::timers`], that earlier passes started, that were not reset, and that no
+    /// TIM has since found to have timed out.
     pub timers: BTreeSet<u32>,
     /// The outputs that are on, among those in [`PassStarts::outputs`].
     pub outputs: BTreeSet<u32>,

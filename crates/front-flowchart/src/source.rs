@@ -87,7 +87,7 @@ pub struct Instruction {
     pub line: u32,
     /// The address of the instruction, if the list has one.
     pub step: Option<u32>,
-    /// The source text with single blanks.
+    /// The instruction in one notation, with single blanks (`GOFF 1` also for `G OFF 1`).
     pub text: String,
 }
 
@@ -96,7 +96,7 @@ pub struct Instruction {
 pub struct Routine {
     /// The group's number; `None` for the main routine.
     pub group: Option<u32>,
-    /// The range of the routine's instructions.
+    /// The range of the routine's instructions in [`Source::instructions`].
     pub body: Range<usize>,
 }
 
@@ -105,7 +105,7 @@ pub struct Routine {
 pub struct Source {
     /// The file's name as the user gave it.
     pub name: String,
-    /// All instructions.
+    /// All instructions in source order.
     pub instructions: Vec<Instruction>,
     /// The main routine, then the groups by number.
     pub routines: Vec<Routine>,

@@ -6,8 +6,8 @@ use scanbound_base::code::Code;
 use scanbound_front::Faults;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Resolves the labels, groups and timers of a list. Errors are reported, and the faulty parts are replaced by ones
-/// without effect.
+/// Resolves the labels, groups and timers of a list. Errors are reported, and faulty parts get placeholders, such as a
+/// jump that leads to itself: the result is of use only if there is no error.
 pub fn source(name: &str, text: &str, list: Vec<Listed>, faults: &mut Faults<'_>) -> Source {
     let mut reader = Reader { text, labels: BTreeMap::new(), groups: BTreeMap::new(), faults };
     let routines = reader.routines(&list);
@@ -205,7 +205,7 @@ impl Reader<'_, '_> {
                 Code::NoLabel,
                 one,
                 &message,
-                "write the label before the target of the jump",
+                "write LBL with this number directly before the instruction to which the jump leads",
             );
             return None;
         };

@@ -69,7 +69,7 @@ pub enum InstructionEffect {
     /// The destinations may get any value at any moment, even later than this scan: the instruction starts something
     /// that runs in parallel with the program.
     HavocAnytime,
-    /// The instruction writes no device, but stands behind a condition, as an output of a rung.
+    /// The instruction writes no device, but must come after a condition, like an output of a rung.
     Nothing,
     /// The instruction writes no device, and needs no condition before it, as NOP.
     Free,
@@ -117,8 +117,8 @@ pub enum InstructionEffect {
     SlideUp,
     /// Moves the value of each counted word or bit to the next lower device number; the highest device becomes zero.
     SlideDown,
-    /// Computes each counted word of the third operand from those words of the first two operands that have the same
-    /// position.
+    /// Computes each counted word of the third operand (each bit, for comparisons) from those words of the first two
+    /// operands that have the same position; either of these may be a constant instead.
     Pairwise,
     /// Stores a text and a closing zero byte in the second operand.
     Text,
@@ -186,8 +186,8 @@ const FILE_WORDS: u64 = 65_535;
 const LETTERS_PER_SLIP: usize = 3;
 
 /// Finds the row for an instruction with this number of operands. A dedicated instruction without a row gets a made-up
-/// one: each operand is read and written up to the end of its area, and, unless the name tells what it does, every
-/// other device may be written too.
+/// one: each operand is read and written up to the end of its area; every other device may be written too, unless the
+/// instruction is known to write only its operands.
 ///
 /// # Errors
 ///

@@ -214,8 +214,8 @@ struct StepRow {
     instruction: String,
 }
 
-/// The number of steps that no row of an export exceeds. It is generous: instructions occupy some 20 steps at most, and
-/// long statements some 30.
+/// A number of steps that the instruction or statement in one row of an export certainly does not exceed. It is
+/// generous: instructions occupy some 20 steps at most, and long statements some 30.
 const MOST_STEPS: u32 = 64;
 
 /// Adds an error for each row whose step number shows that rows before it are missing. Does nothing if the file already
@@ -228,7 +228,7 @@ fn check_steps(rows: &[StepRow], is_works2: bool, family: Option<Family>, faults
     let mut missing = |row: &StepRow, first: u32| {
         let last = row.step.saturating_sub(1);
         let which = match last > first {
-            true => format!("steps {first} to {last} are missing"),
+            true => format!("steps between {first} and {last} are missing"),
             false => format!("step {first} is missing"),
         };
         let (message, help) = (
@@ -402,7 +402,7 @@ impl Body<'_, '_, '_> {
         self.close();
         let (mnemonic, operands) = found.split_first().map_or(("", &[][..]), |(m, o)| (*m, o));
         if !words::can_be_mnemonic(mnemonic) {
-            let message = "this row has no mnemonic in the instruction column";
+            let message = "the text in the instruction column of this row is not a mnemonic";
             let help =
                 "export the file again: the third column must contain mnemonics such as LD or MOV";
             fault(self.faults, Code::NotAnInstruction, message, help);

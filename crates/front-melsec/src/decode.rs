@@ -16,9 +16,9 @@ use scanbound_ir::Program;
 ///
 /// # Errors
 ///
-/// If any diagnostic is an error: all diagnostics of all files, warnings included. Errors in the user's facts are added
-/// only if the files have none. A project with more instructions than the largest CPU of the family can hold gives that
-/// error alone.
+/// If any diagnostic is an error: the diagnostics of all files, warnings included, of each file at most 50 errors and
+/// 50 warnings. Errors in the user's facts are reported only if the files have none. A project with more instructions
+/// than the largest CPU of the family can hold gives that error alone.
 pub fn decode(
     project: &RawProject,
     options: &DecodeOptions<'_>,

@@ -27,7 +27,7 @@ use scanbound_front::{
 use scanbound_ir::Program;
 use source::RawProject;
 
-/// The dialects of this front, with the test that recognises each from the beginning of a file.
+/// The dialects of this front. All are text files, recognised by their beginning.
 static DIALECTS: [Dialect; 3] = [
     Dialect {
         name: "melsec-csv",

@@ -28,8 +28,10 @@ const FOREIGN: [&str; 13] = [
     "DIFD", "NOT",
 ];
 
-/// Whether a file begins like list text: its first instruction can begin a MELSEC program, and at least half of the
-/// first 40 instruction lines are common mnemonics or mnemonics with MELSEC devices.
+/// Whether a file begins like list text. Of its first 40 instruction lines, the first must have a common MELSEC
+/// mnemonic, none may have a mnemonic that only other vendors' lists have, and at least half must have a common
+/// mnemonic, or any mnemonic with operands; all operands of these lines must look like MELSEC devices. Markup is not
+/// list text.
 pub(super) fn sniff(beginning: &str) -> bool {
     if text::is_markup(beginning) {
         return false;

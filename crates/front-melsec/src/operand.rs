@@ -143,7 +143,8 @@ impl DeviceType {
     }
 }
 
-/// Parses the text of one operand. Letters may be in upper or lower case; blanks around the operand are ignored.
+/// Parses the text of one operand. Letters may be in upper or lower case; blanks around the operand are ignored, except
+/// around a string.
 ///
 /// # Errors
 ///
@@ -394,7 +395,11 @@ pub const SFC_BLOCK: &str = "BL";
 /// `J1\W10`, or a step of an SFC block `BL0\S5`. Each part may have an index and a digit designation; the device may
 /// have a bit number.
 fn foreign(text: &str, family: Family) -> Result<Operand, String> {
-    let wrong = || format!("`{text}`: write module access as U0\\G100, link access as J1\\W10");
+    let wrong = || {
+        format!(
+            "`{text}` is not an access to a module or network: write module access as U0\\G100, link access as J1\\W10"
+        )
+    };
     let (unit, rest) = text.split_once(['\\', '¥']).ok_or_else(wrong)?;
     let (unit_digits, unit) = without_digits(unit);
     let (rest_digits, rest) = without_digits(rest);

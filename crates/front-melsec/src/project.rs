@@ -17,7 +17,8 @@ pub(super) fn known_words() -> Vec<&'static str> {
 ///
 /// # Errors
 ///
-/// All diagnostics of all files, warnings included, if at least one is an error.
+/// The diagnostics of all files, warnings included, if at least one is an error: of each file at most 50 errors and 50
+/// warnings.
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],

@@ -24,7 +24,7 @@ pub struct RawInstruction {
 }
 
 impl RawInstruction {
-    /// The data from which a diagnostic finds the column of a part of the instruction, in the given file.
+    /// The data from which a diagnostic finds the line and column of a part of the instruction, in the given file.
     pub(crate) fn caret<'a>(&'a self, file: &'a RawFile) -> Caret<'a> {
         Caret {
             line: self.line,

@@ -372,7 +372,7 @@ impl<'r> Checker<'r, '_> {
         let to = self.end_behind(self.file, at + 1);
         if to.is_none() {
             let message =
-                "this jump leads to the END of the program, but the program has no END".to_owned();
+                "this jump leads to the END of the program, but no END or FEND comes after the jump".to_owned();
             self.fault(at, Code::NoEnd, "", message, "write END after the last instruction");
         }
         self.transfers.extend(to.map(|to| Transfer { from: at, to, masters: [None, None] }));

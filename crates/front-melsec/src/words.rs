@@ -102,7 +102,7 @@ pub(super) fn has_long_line(text: &str, faults: &mut Faults<'_>) -> bool {
                 Code::LongLine,
                 u32::try_from(number).unwrap_or(u32::MAX),
                 &text[at..at + line.len()],
-                "this line is far too long",
+                "this line is longer than 64 KiB",
                 "export the file again: the file is damaged, or is not a program",
             );
             return true;

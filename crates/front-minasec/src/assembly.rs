@@ -51,10 +51,10 @@ pub(super) fn sniff(beginning: &str) -> bool {
     }
 }
 
-/// Reads a program.
+/// Reads a program in assembly; `name` is the name of its file.
 ///
 /// # Errors
-/// All errors with their lines.
+/// The errors with their lines, at most 50. Reading stops at the first instruction whose address is above 255.
 pub fn read(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, ASSEMBLY);
@@ -212,8 +212,8 @@ fn instruction(name: &str, number: u32, line: &str, words: &[&str]) -> Result<Wo
     }
 }
 
-/// Removes a bit pattern of eight bits at the end of the words, and returns its word. Opcode and operand may be
-/// separate (`100 01000`, `10001000`). `None` if there is no pattern.
+/// Removes a bit pattern of eight bits at the end of the words. Returns the words before it, and the program word with
+/// these bits. Opcode and operand may be separate (`100 01000`, `10001000`). `None` if there is no pattern.
 fn take_pattern<'w, 't>(words: &'w [&'t str]) -> (&'w [&'t str], Option<Word>) {
     let bits = |text: &str, count: usize| {
         let fits = text.len() == count && text.bytes().all(|b| matches!(b, b'0' | b'1'));
@@ -274,7 +274,8 @@ fn take_address(words: &mut Vec<&str>) -> Option<Address> {
     Some(number.map_or(Address::TooLarge, Address::Number))
 }
 
-/// Writes a listing as in the description: address, mnemonic, device, and the bits for the programming switches.
+/// Writes a listing as in the description: address, mnemonic, device, and the bits for the programming switches, for
+/// each word up to the last one that is not empty (at least one).
 #[must_use]
 pub fn write_listing(words: &[Word; WORDS]) -> String {
     let mut out = "Addr  OPCODE  OPERAND  Binary\n".to_owned();
@@ -290,7 +291,8 @@ fn used(words: &[Word; WORDS]) -> usize {
     words.iter().rposition(|&word| word != Word::default()).map_or(1, |last| last + 1)
 }
 
-/// Writes a program: one line with its address for each word up to the last one that is not empty.
+/// Writes a program as assembly: one line with its address for each word up to the last one that is not empty (at least
+/// one).
 #[must_use]
 pub fn write(words: &[Word; WORDS]) -> String {
     let mut out = String::new();

@@ -41,10 +41,10 @@ static DIALECTS: [Dialect; 3] = [
     },
 ];
 
-/// The front for the MINASEC-U.
+/// Reads MINASEC-U programs: the implementation of [`Front`] for the three dialects.
 pub struct Minasec;
 
-/// The entry for the list of fronts.
+/// The value of [`Minasec`] that the list of all fronts contains.
 pub const FRONT: Minasec = Minasec;
 
 impl Front for Minasec {

@@ -14,8 +14,9 @@ const RECORD: usize = 16;
 /// on to ground, so only the first 256 bytes are the program.
 const CHIPS: [usize; 3] = [2048, 8192, 32_768];
 
-/// Whether a file is the program memory or a whole memory IC: it has one of these lengths and bytes that no text has,
-/// and the part that the board cannot reach is empty or repeats the reachable part.
+/// Whether a file is the program memory (256 bytes) or a whole memory IC (2048, 8192 or 32,768 bytes): it has one of
+/// these lengths, a byte that no text has among the first 256, and no byte order mark, and the part that the board
+/// cannot reach is empty (all 0 or all FF) or repeats the reachable part.
 #[must_use]
 pub fn is_image(bytes: &[u8]) -> bool {
     if CHIPS.contains(&bytes.len()) {
@@ -39,7 +40,8 @@ fn unreachable(bytes: &[u8]) -> Option<usize> {
     (WORDS..bytes.len()).find(|&at| bytes[at] != bytes[at % WORDS])
 }
 
-/// Whether a file begins like Intel HEX.
+/// Whether a file begins like Intel HEX: its first eight lines, blank ones aside, are a colon and at least ten
+/// hexadecimal digits.
 pub(super) fn sniff_hex(beginning: &str) -> bool {
     let mut lines = beginning.lines().map(str::trim).filter(|line| !line.is_empty()).peekable();
     lines.peek().is_some()
@@ -79,7 +81,7 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
             Code::TooLong,
             name,
             format!("the file has {} bytes, but the program memory has 256 words", bytes.len()),
-            "give the memory's first 256 bytes, or a whole memory IC of 2048, 8192 or 32768",
+            "give the memory's first 256 bytes, or a whole memory IC of 2048, 8192 or 32768 bytes",
         ));
     }
     for (address, &byte) in bytes.iter().take(WORDS).enumerate() {
@@ -88,10 +90,11 @@ pub fn read_binary(name: &str, bytes: &[u8]) -> Result<Source, Vec<Diagnostic>> 
     if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(source) }
 }
 
-/// Reads Intel HEX: data records with addresses below 256, and an end-of-file record.
+/// Reads Intel HEX: data records with addresses below 256, and an end-of-file record. Bytes above may follow only if
+/// they are empty (0 or FF) and fill a memory IC to its end.
 ///
 /// # Errors
-/// All errors with their lines.
+/// The errors with their lines, at most 50. Reading stops at a record after the end-of-file record.
 pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
     let mut faults = Faults::new(name);
     let mut source = Source::new(name, HEX);
@@ -138,7 +141,7 @@ pub fn read_hex(name: &str, text: &str) -> Result<Source, Vec<Diagnostic>> {
                 Code::HexRecord,
                 number,
                 line,
-                "this record is neither data below address 256 nor an end-of-file record",
+                "this record is not data, an end of file or an upper address of 0",
                 "write data records (type 00) and an end-of-file record (type 01)",
             ),
             Err(error) => faults.error_in_line(

@@ -10,7 +10,7 @@ pub const HEX: &str = "minasec-hex";
 /// The dialect name of binary machine code.
 pub const BINARY: &str = "minasec-bin";
 
-/// A parsed program.
+/// A MINASEC-U program as read from a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// The file's name as the user gave it.

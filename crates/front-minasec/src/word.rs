@@ -64,7 +64,7 @@ impl Opcode {
     }
 }
 
-/// What a device is: an input, an output, a relay, a timer or a counter.
+/// What a device is: an input, an output, a relay, a timer, the counter or its clear input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum DeviceKind {
     /// Input: the value latched at the start of the scan. It cannot be written.

@@ -1,4 +1,4 @@
-//! Finds the cells and word bits that the operands of an instruction access, on which the price of the instruction
+//! Finds the cells and word bits that the operands of an instruction access, on which the time of the instruction
 //! depends. They are known even if the instruction's effects are only "any value".
 
 use super::catalog::{Amount, Extent, Role};
@@ -10,8 +10,8 @@ use scanbound_front::operand_spans;
 use scanbound_ir::{AccessedDevices, Cell, Device, Region};
 use std::sync::Arc;
 
-/// Stands for an unknown number of cells: the price then counts twice as many cells as the instruction processes units,
-/// but at least 8.
+/// Stands for an unknown number of cells: twice as many cells as the instruction processes units, but at least 8, are
+/// then charged.
 const MANY: u32 = u32::MAX / 2;
 
 /// The operands of an instruction that are devices, each with its byte range in the instruction's text.

@@ -151,7 +151,8 @@ fn counted(builder: &OmronBuilder, item: &Item<'_>, operand: usize, unit: u32) -
     })
 }
 
-/// Writes of any value to the words of I/O operands that the prefix `!` refreshes before the instruction.
+/// Writes of any value to the words in the I/O area that the instruction reads, which its prefix `!` refreshes before
+/// it.
 fn refreshed(builder: &mut OmronBuilder, item: &Item<'_>) -> Vec<Write> {
     let Some(row) = item.row else { return Vec::new() };
     let mut writes = Vec::new();

@@ -151,8 +151,8 @@ impl OmronBuilder {
         })
     }
 
-    /// Adds to each instruction that resets counters that the hidden bits in which these counters remember their inputs
-    /// may go off: no manual says whether a counter whose input stays on counts again after a reset.
+    /// Lets each instruction that resets counters also clear, or not, the hidden bits in which these counters remember
+    /// their inputs: no manual says whether a counter whose input stays on counts again after a reset.
     pub(super) fn reset_counters(&mut self) {
         for (at, flags) in std::mem::take(&mut self.counter_resets) {
             let counters = flags.iter().filter_map(|flag| self.counters.get(flag));
@@ -203,7 +203,7 @@ impl OmronBuilder {
         self.out.free_bit()
     }
 
-    /// Begins a new rung, unless the current one has no instruction with a time yet.
+    /// Begins a new rung, with no branches. The rung keeps its number if it has no instruction with a time yet.
     pub(super) fn rung(&mut self) {
         // Instructions without a time do not begin a rung of their own.
         let mut priced =
@@ -220,8 +220,8 @@ impl OmronBuilder {
         self.out.next()
     }
 
-    /// Adds an instruction and returns its index. One with a time also stores the remembered inputs and changes the
-    /// index registers that its operands move.
+    /// Adds an instruction and returns its index. One with a time also stores the inputs that it must remember, and
+    /// lets the index registers that its operands increment or decrement have any value.
     pub(super) fn push(
         &mut self,
         step: Step,
@@ -244,7 +244,8 @@ impl OmronBuilder {
         self.out.program.approximate(instruction, what);
     }
 
-    /// Records the operation that computes the value of a choice, if the cell budget allows it.
+    /// Records the operation that computes the value of a choice. As [`Builder::define`], it does nothing if the
+    /// program would list too many cells.
     pub(super) fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
         self.out.define(choice, meaning);
     }
@@ -288,7 +289,8 @@ impl OmronBuilder {
         })
     }
 
-    /// Adds a coil or an application instruction.
+    /// Adds an instruction that acts where `fires` is true (a coil or an application instruction), and returns its
+    /// index.
     pub(super) fn act(
         &mut self,
         fires: Logic,
@@ -329,7 +331,8 @@ impl OmronBuilder {
         self.push(Step::Fetch(register), Vec::new(), Some(timing));
     }
 
-    /// Saves the topmost branches separately for `product`; one result stays on the stack.
+    /// Saves each of the topmost `count` branches for [`OmronBuilder::product`], the lowest as number 0. Of these
+    /// branches one result stays on the stack.
     pub(super) fn split(&mut self, count: u32) {
         for branch in (1..count).rev() {
             self.push(Step::Save(BRANCHES + branch), Vec::new(), None);

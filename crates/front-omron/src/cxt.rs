@@ -74,10 +74,10 @@ pub(super) fn sniff(beginning: &str) -> bool {
             || beginning.contains("SL:="))
 }
 
-/// The family of a CPU by its name.
+/// The family of a CPU by its name. A name that is not known counts as one of CS, CJ and CP.
 ///
 /// # Errors
-/// The CPU belongs to neither family, because its special bits have other addresses.
+/// The CPU is known to belong to neither family: its special bits have other addresses.
 pub(super) fn family(cpu: &str) -> Result<Family, String> {
     let device = cpu.trim().to_ascii_uppercase();
     let is = |names: &[&str]| names.iter().any(|name| device.starts_with(name));
@@ -133,7 +133,7 @@ impl Reader<'_, '_> {
                     None => self.broken(line, "this END has no BEGIN"),
                 },
                 None if !line.is_empty() && self.holds_code() => {
-                    self.broken(line, "this line has no key: a key or a mark is missing");
+                    self.broken(line, "this line has no key (`KEY := value`), or the mark before a text is missing");
                 }
                 None => {}
             }
@@ -145,7 +145,7 @@ impl Reader<'_, '_> {
         }
         if self.file.programs.is_empty() {
             self.at = 1;
-            self.broken("", "the project contains no program with rungs");
+            self.broken("", "the project contains no program");
         }
     }
 
@@ -182,7 +182,7 @@ impl Reader<'_, '_> {
             }
             self.broken(next, "this list has no end");
         } else if self.holds_code() {
-            self.broken(key, "this key has no value: a mark or BEGIN is missing");
+            self.broken(key, "this key has no value: BEGIN, or the mark before a text, is missing");
         }
     }
 

@@ -278,7 +278,8 @@ fn block(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     Some(vec![Write::Words(to, Number::Words(from))])
 }
 
-/// The exact writes of an instruction on single bits of words. `None` if the instruction is none of these.
+/// The exact writes of an instruction on single bits of words. `None` if a word is not a plain word operand, or if a
+/// bit number or count is not a constant in its range.
 fn bits(builder: &mut OmronBuilder, item: &Item<'_>) -> Option<Vec<Write>> {
     let family = builder.memory.family;
     let value = |set: &str| Logic::Const(item.meaning().starts_with(set));

@@ -49,7 +49,9 @@ fn too_many(project: &RawProject) -> Result<(), Vec<Diagnostic>> {
 /// Lowers a project to a program of `ir`.
 ///
 /// # Errors
-/// All errors of all files.
+/// The errors of the files and of the stated facts. For each program, at most 50 errors in names and operands are
+/// listed, or else at most 50 in its control structure; errors found later are all listed. A project with more
+/// instructions than any CPU can hold gives that error alone.
 pub fn decode(project: &RawProject, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>> {
     too_many(project)?;
     let memory = Memory { family: project.family };
@@ -172,7 +174,7 @@ fn position(project: &RawProject, file: &str) -> usize {
     project.files.iter().position(|other| other.name == file).unwrap_or(usize::MAX)
 }
 
-/// The range of a subroutine's instructions. Used to find recursive calls.
+/// A subroutine, with the range of its lowered instructions: to find recursive calls and those that interrupts may run.
 struct Body {
     program: usize,
     number: u32,
@@ -418,11 +420,11 @@ impl Decoder {
             // SBS of the CS series reaches only subroutines of its own program.
             let (place, first) = match self.builder.memory.family {
                 Family::Cs if !call.global => {
-                    ("this program", "give the whole program, correct the number")
+                    ("this program", "give the whole program, correct the subroutine number")
                 }
                 _ => (
                     "the project",
-                    "give the file that contains the subroutine too, correct the number",
+                    "give the file that contains the subroutine too, correct the subroutine number",
                 ),
             };
             let fault = Diagnostic::line(
@@ -542,7 +544,7 @@ impl Decoder {
                 Code::NoProgram,
                 name,
                 "no program runs in every scan",
-                "give the programs of the cyclic tasks too: the given programs are only interrupt tasks",
+                "give the programs of the cyclic tasks too: the given programs run only as interrupt tasks, or are stated under [interrupts]",
             ));
         }
         self.uncalled(options);
@@ -602,7 +604,8 @@ impl Decoder {
         }
     }
 
-    /// Adds the stated ranges of words as constraints on the scan's start.
+    /// Adds the stated ranges of words as constraints on the scan's start. Reports errors in them, unless the project
+    /// already has 100 errors.
     fn ranges(&mut self, project: &RawProject, options: &Options<'_>) {
         let nothing = Symbols::new();
         let symbols = project.files.first().map_or(&nothing, |file| &file.symbols);
@@ -633,7 +636,7 @@ impl Decoder {
                     ["ranges", device],
                     Part::Key,
                     Code::Fact,
-                    format!("'{device}' has a stated range, but is not a word"),
+                    format!("'{device}' has a stated range, but is not a word whose range can be stated"),
                     "write the word as in the program, such as D100 or \"DM 0100\"",
                 )),
             }

@@ -30,7 +30,8 @@ pub fn all() -> Vec<String> {
     catalog::all_names().map(str::to_owned).collect()
 }
 
-/// The example lines of an instruction; `None` if the family does not have it.
+/// The example lines of an instruction, whose name may have the prefixes `@`, `%` and `!`, and the names of its
+/// variants. `None` if the family does not have it.
 pub fn examples(name: &str, family: Family) -> Option<Examples> {
     let plain = name.trim_start_matches(['@', '%', '!']);
     let found = catalog::find(plain, family)?;

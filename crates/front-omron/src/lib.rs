@@ -49,10 +49,10 @@ static DIALECTS: [Dialect; 3] = [
     },
 ];
 
-/// The front for OMRON.
+/// Reads OMRON programs: the implementation of [`Front`] for the three dialects.
 pub struct Omron;
 
-/// The entry for the list of fronts.
+/// The value of [`Omron`] that the list of all fronts contains.
 pub const FRONT: Omron = Omron;
 
 impl Front for Omron {

@@ -18,13 +18,14 @@ const LOOKED_AT: usize = 200;
 struct NotationEvidence {
     /// The number of function numbers with two digits.
     two_digits: usize,
-    /// The number of three-digit function numbers, and of mnemonics that only CS, CJ and CP have.
+    /// The number of function numbers that do not have two digits, as those of CS, CJ and CP.
     three_digits: usize,
-    /// The number of signs of the C notation: `LD NOT`, five-digit bits, `DM 0100`.
+    /// The number of signs of the C notation: `LD NOT`, bits such as `00300`, `DM 0100`.
     c: usize,
-    /// The number of signs of the CX-Programmer notation: `LDNOT`, `100.00`, `W0.00`, `P_On`.
+    /// The number of signs of the CX-Programmer notation: `LDNOT`, `100.00`, `W0.00`, symbols such as `P_On`.
     cx: usize,
-    /// The number of mnemonics that only OMRON has.
+    /// The number of signs that only OMRON lists have: function numbers, mnemonics such as KEEP, operands such as
+    /// `#0010`.
     omron_only: usize,
     /// The number of instructions of the catalog whose operands are valid for OMRON.
     known: usize,
@@ -151,7 +152,8 @@ impl NotationEvidence {
     }
 }
 
-/// Whether a file begins in the notation of C200H manuals.
+/// Whether a file begins in the notation of C200H manuals. True also if nothing tells this notation from that of
+/// CX-Programmer.
 pub(super) fn sniff_c(beginning: &str) -> bool {
     let evidence = evidence(beginning);
     if text::is_markup(beginning) || !evidence.is_omron() {
@@ -163,7 +165,8 @@ pub(super) fn sniff_c(beginning: &str) -> bool {
     }
 }
 
-/// Whether a file begins in the notation of CX-Programmer for CS, CJ and CP.
+/// Whether a file begins in the notation of CX-Programmer for CS, CJ and CP. True also if nothing tells this notation
+/// from that of C200H manuals.
 pub(super) fn sniff_cx(beginning: &str) -> bool {
     let evidence = evidence(beginning);
     if text::is_markup(beginning) || !evidence.is_omron() {

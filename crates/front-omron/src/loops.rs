@@ -1,4 +1,4 @@
-//! Loops whose count is in a word.
+//! Loops whose number of iterations is in a word: the stated range of the word limits it.
 
 use super::builder::OmronBuilder;
 use scanbound_ir::{Step, WordSource, flow};

@@ -1,4 +1,4 @@
-//! Lowers contacts, coils, interlocks, jumps, loops and calls; `timers` and `data` lower the rest.
+//! Lowers contacts, coils, interlocks, jumps, loops and calls; `timers` and `application` lower the rest.
 
 use super::builder::OmronBuilder;
 use super::catalog::Connection;
@@ -30,7 +30,7 @@ pub(super) struct CallSite {
 }
 
 impl CallSite {
-    /// The name of the subroutine in the facts file.
+    /// The name of the subroutine in the facts file: `SBN3`, or `GSBN3` for a global one.
     pub(super) fn routine(&self) -> String {
         format!("{}SBN{}", if self.global { "G" } else { "" }, self.number)
     }
@@ -71,7 +71,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Lowers all items, then resolves jumps. Returns the index of END.
+    /// Lowers all items except those that never run, then resolves jumps. Returns the index of END, which is added if
+    /// it is missing.
     pub(super) fn run(&mut self) -> usize {
         let first = self.structure.routines.first().map(|routine| routine.begin);
         let before_end = first.filter(|&first| self.structure.end.is_none_or(|end| first < end));
@@ -174,8 +175,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    /// Checks that as many branches are open as the instruction takes, and ends the rung. Reports an error and returns
-    /// false if not.
+    /// Ends the rung at an instruction that takes this number of branches. Reports an error and returns false if more
+    /// or fewer are open.
     fn needs(&mut self, item: &Item<'_>, branches: u32) -> bool {
         let open = self.builder.depth;
         self.builder.closed = true;
@@ -631,7 +632,8 @@ impl<'a> Lowering<'a> {
         });
     }
 
-    /// Lowers MCRO: copies parameters, calls the subroutine, copies results.
+    /// Lowers MCRO, which copies parameters, calls a subroutine and copies results. Parameters and results may have any
+    /// value.
     fn r#macro(&mut self, at: usize, item: &Item<'_>) {
         let memory = self.builder.memory;
         let fires = self.builder.fires_or_not(item.raw.edge);

@@ -316,8 +316,9 @@ impl Memory {
         known.iter().map(named).collect()
     }
 
-    /// The state of a CPU after power-up with cleared memory: data words are 0. An I/O word that the program does not
-    /// write is an input.
+    /// What is known about memory when a CPU is switched on: the words that may be inputs, the regions that are 0 if
+    /// memory was cleared, the areas that keep their values without power, the flag of the first scan, and the word
+    /// with the IOM hold bit.
     pub(super) fn power_up(self) -> PowerUp {
         let cells = |area: u16, first: u32, end: u32| Region::Range {
             first: Cell { area: AreaId(area), index: first },

@@ -10,7 +10,8 @@ use scanbound_front::{Dialect, Faults, Input, decoded, empty_comment_files, show
 /// Reads programs, all in one `dialect`, and symbol tables.
 ///
 /// # Errors
-/// All errors of all files.
+/// The errors and warnings of all files, if at least one is an error: of each file at most 50 of each. Or only the
+/// error that the CPU is not supported.
 pub fn read(
     dialect: &Dialect,
     programs: &[&Input],

@@ -62,7 +62,7 @@ pub(super) fn resolve<'a>(
             None => {
                 at(
                     Code::UnknownInstruction,
-                    format!("{} is not the function number of any instruction", number.value),
+                    format!("{} is not a function number of this CPU family", number.value),
                     "write the instruction's name instead",
                     faults,
                 );

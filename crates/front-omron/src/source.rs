@@ -81,7 +81,8 @@ impl RawInstruction {
 /// When a program runs: in each scan, or as an interrupt task.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Task {
-    /// In each scan. Files that contain only mnemonics are run like this.
+    /// In each scan, as the programs of files that contain only mnemonics; but as an interrupt program if the facts
+    /// state runs for its name.
     Each,
     /// In each scan, as the cyclic task with this number. The project may switch the task off.
     Cyclic(u32),
@@ -140,6 +141,6 @@ pub struct RawProject {
     pub family: Family,
     /// The files.
     pub files: Vec<RawFile>,
-    /// Findings of the reading that do not stop the audit.
+    /// Warnings about the files, which do not stop the audit.
     pub warnings: Vec<Diagnostic>,
 }

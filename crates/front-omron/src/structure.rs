@@ -43,7 +43,8 @@ pub(super) struct Structure {
 /// The subroutine, the loops and the interlock in which an item is.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Site {
-    /// The index of the subroutine's SBN item plus 1; 0 outside of subroutines.
+    /// The index of the subroutine's SBN item plus 1; 0 before the first subroutine, and `usize::MAX` between a RET and
+    /// the next SBN.
     routine: usize,
     /// The innermost open interlock. Only this one is stored, because there may be thousands. `None` outside of
     /// interlocks.
@@ -210,7 +211,8 @@ fn sites(items: &[Item<'_>], structure: &mut Structure, faults: &mut Faults<'_>)
                     fault(
                         item,
                         Code::Interlock,
-                        "this MILC does not end the innermost open interlock".to_owned(),
+                        "this MILC does not end an open interlock, or not the innermost one"
+                            .to_owned(),
                         "end interlocks in the reverse order of their beginning",
                         faults,
                     );
@@ -327,7 +329,7 @@ fn jumps(
             } else {
                 (
                     "no JME with the number of this jump comes after it in the same subroutine or main program",
-                    "add the JME there, or correct the number",
+                    "add a JME with this number after the jump, or correct the number of the jump",
                 )
             };
             fault(item, Code::Jump, message.to_owned(), help, faults);
@@ -337,7 +339,8 @@ fn jumps(
             fault(
                 item,
                 Code::Jump,
-                "this jump leads into or out of an interlock (IL to ILC)".to_owned(),
+                "this jump leads into or out of an interlock (IL to ILC, or MILH or MILR to MILC)"
+                    .to_owned(),
                 "put the jump and its JME inside the same interlock, or both outside of interlocks",
                 faults,
             );

@@ -30,7 +30,8 @@ const TIMES: [&str; 2] = ["TIMER", "COUNTER"];
 /// The number of lines that are examined to recognise a file.
 const LOOKED_AT: usize = 50;
 
-/// Whether the beginning of a file looks like a symbol table: every line fits, except perhaps the headings.
+/// Whether the beginning of a file looks like a symbol table: each of its first 50 lines is a symbol, except perhaps
+/// the first one (headings) and the last one (which may be cut off).
 pub(super) fn sniff(beginning: &str) -> bool {
     let lines = beginning.lines().filter(|line| !line.trim().is_empty()).take(LOOKED_AT);
     let fits: Vec<bool> = lines.map(|line| symbol(line).is_some()).collect();
@@ -45,7 +46,7 @@ pub(super) fn read(text: &str, symbols: &mut Symbols, faults: &mut Faults<'_>) {
     for (line, number) in text.lines().zip(1..) {
         let Some((name, symbol)) = symbol(line) else {
             if number > 1 && !line.trim().is_empty() {
-                let message = "this line is not a symbol: it must have a name, a type and an address, separated by tabs";
+                let message = "this line is not a symbol: it must have a name, a known data type and an address, separated by tabs";
                 faults.error_in_line(
                     Code::NoSymbol,
                     number,

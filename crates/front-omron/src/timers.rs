@@ -369,7 +369,8 @@ impl Inputs {
         Logic::All(vec![Logic::Condition, rises])
     }
 
-    /// Stores the values of the branches. Manuals do not say whether a branch that is on during a reset counts as seen.
+    /// Adds the instructions that store the values of the branches in their hidden bits. Manuals do not say whether a
+    /// branch that is on during a reset counts as seen, so its bit may then be on or off.
     fn remember(self, builder: &mut OmronBuilder, reset: u32) {
         for (branch, memory) in self.0 {
             let Some(memory) = memory.map(BitTarget::Cell) else { continue };
@@ -397,8 +398,9 @@ fn time_base(item: &Item<'_>) -> Option<Picos> {
     }))
 }
 
-/// Records how the emulated CPU runs the timer or counter that begins at an instruction. `seen` has the hidden bits of
-/// its counting inputs.
+/// Records how the simulation runs the timer or counter that begins at instruction `at` of the program, if its set
+/// value is a constant or a word. `branches` is the number of its conditions that were saved ([`OmronBuilder::split`]);
+/// `seen` has the hidden bits of those that it counts.
 fn note_timer(
     builder: &mut OmronBuilder,
     item: &Item<'_>,

@@ -16,7 +16,8 @@ pub fn help(first: &str, name: &str) -> String {
 }
 
 /// The stated time and writes of a routine; if the user states no writes, it may write everything. `region` parses a
-/// device or a device range; `also` is added to what is stated, because every routine may write it.
+/// device or a device range; a stated text that it does not parse is left out here and reported by [`faults`]. `also`
+/// is added to what is stated, because every routine may write it.
 pub fn stated_routine(
     stated: &StatedCall,
     region: impl Fn(&str) -> Option<Vec<Region>>,

@@ -52,8 +52,9 @@ impl Builder {
         self.program.instructions.len()
     }
 
-    /// Adds an instruction and returns its index. If its effects exceed the cell budget, every region that they write
-    /// gets any value, and the program lists this as an over-approximation.
+    /// Adds an instruction and returns its index. Without `timing` it takes no time. If its effects list more cells
+    /// than the program may list (see [`scanbound_ir::cell_budget`]), they become havocs of everything that they write,
+    /// and the program lists this as an over-approximation.
     pub fn add(
         &mut self,
         timing: Option<TimingKey>,
@@ -126,7 +127,8 @@ impl Builder {
         });
     }
 
-    /// Whether effects on this many more cells would be kept within the cell budget.
+    /// Whether effects on this many more cells would be kept: they are few, or the program may still list so many
+    /// cells.
     pub fn has_room(&self, cells: usize) -> bool {
         self.budget.has_room(cells)
     }
@@ -144,8 +146,9 @@ impl Builder {
         choice
     }
 
-    /// A new choice for the number of ticks, each of length `unit`, that pass in one scan, as a word. Each timer has
-    /// its own choice, so that timers do not depend on each other. For `goes_on`, see [`ChoiceKind::ScanTicks`].
+    /// A new choice for the number of ticks, each of length `unit`, that pass in one scan, as a word (in BCD if
+    /// `is_decimal`). Each timer has its own choice, so that timers do not depend on each other. For `goes_on`, see
+    /// [`ChoiceKind::ScanTicks`].
     pub fn scan_ticks(&mut self, unit: Picos, is_decimal: bool, goes_on: bool) -> ChoiceId {
         let choice = self.choice();
         self.program.kinds.insert(choice, ChoiceKind::ScanTicks { unit, is_decimal, goes_on });
@@ -168,15 +171,15 @@ impl Builder {
         WordSource::Free(self.choice())
     }
 
-    /// As [`Builder::define`]. In addition, the analysis always executes the operation, even if its operands are
-    /// unknown.
+    /// As [`Builder::define`]. In addition, the analysis always executes the operation, not only where its operands are
+    /// known.
     pub fn define_followed(&mut self, choice: ChoiceId, meaning: Meaning) {
         self.program.always_followed.insert(choice);
         self.define(choice, meaning);
     }
 
-    /// Records the operation and operands that compute the value of a choice. If this exceeds the cell budget, nothing
-    /// is recorded, and the choice may have any value.
+    /// Records the operation and operands that compute the value of a choice. If the program would then list more cells
+    /// than it may (see [`scanbound_ir::cell_budget`]), nothing is recorded, and the choice may have any value.
     pub fn define(&mut self, choice: ChoiceId, meaning: Meaning) {
         if self.budget.meaning(&meaning) {
             self.program.kinds.insert(choice, ChoiceKind::Exact(Box::new(meaning)));

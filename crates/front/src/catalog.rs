@@ -103,14 +103,14 @@ pub enum Role<Extra> {
 pub enum Amount {
     /// A fixed number of bits, words or devices.
     Fixed(u32),
-    /// `unit` bits or words for each item that the value of an operand counts.
+    /// `unit` bits, words or devices for each item that the value of an operand counts.
     Counted {
-        /// The number of bits or words for each counted item.
+        /// The number of bits, words or devices for each counted item.
         unit: u32,
         /// The index of the operand that holds the number of items, from 0.
         operand: usize,
     },
-    /// Two to the power of the value of an operand.
+    /// Two to the power of the value of an operand, in bits, words or devices.
     Power {
         /// The index of the operand with the exponent, from 0.
         operand: usize,
@@ -282,7 +282,7 @@ impl<V: Vocabulary> Catalog<V> {
 /// Parses one line of a catalog; `heads` are the column names.
 ///
 /// # Errors
-/// The part of the line that is malformed.
+/// A message with the line and what is malformed in it.
 pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<Row<V>, String> {
     let line = Line { heads, cells: text.split(',').collect() };
     let wrong = |what: &str| format!("{text}: {what}");
@@ -303,7 +303,7 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     let counters = counters.filter_map(|operand| operand.extent.amount().counter());
     let counts = |by: &Operand<V::Role>| matches!(by.role, Role::Number | Role::Source);
     if counters.chain(units.operand).any(|counter| !operands.get(counter).is_some_and(counts)) {
-        return Err(wrong("the counting operand is not a number"));
+        return Err(wrong("the operand that holds a count is missing, or is not a number"));
     }
     let ends = operands.iter().filter(|operand| names(operand));
     let mut ends = ends.filter_map(|operand| operand.extent.amount().counter());

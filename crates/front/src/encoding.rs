@@ -1,4 +1,5 @@
-//! Decodes bytes to text: by byte order mark, then as UTF-8, then in the code pages that the vendors' tools use.
+//! Decodes bytes to text: as a byte order mark or an XML declaration says, then as UTF-8, then in the code pages that
+//! the vendors' tools use.
 
 use std::borrow::Cow;
 
@@ -46,8 +47,8 @@ impl Named {
     }
 }
 
-/// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: the code pages of
-/// the vendors' tools and that of Western Europe. Empty for other bytes.
+/// All decodings of bytes that are not UTF-8 and declare no encoding, each with the encoding's name: those of
+/// Shift-JIS, GBK and EUC-KR in which every byte is valid, and that of windows-1252. Empty for other bytes.
 pub fn candidates(bytes: &[u8]) -> Vec<(&'static str, Cow<'_, str>)> {
     if declared(bytes).is_some() || std::str::from_utf8(bytes).is_ok() {
         return Vec::new();
@@ -65,15 +66,18 @@ pub struct Undecodable {
     pub line: u32,
     /// The names of the encodings that were tried.
     pub tried: String,
-    /// Whether decoding failed because the file ends in the middle of a character.
+    /// Whether decoding failed in the last three bytes of the file, so that it probably ends in the middle of a
+    /// character.
     pub cut: bool,
 }
 
-/// Decodes a file. Several code pages may fit the bytes: the first one whose text contains one of `known_words` is
-/// used, otherwise the first one that fits.
+/// Decodes a file: in the encoding that it declares, otherwise as UTF-8, otherwise in one of the code pages Shift-JIS,
+/// GBK and EUC-KR. If several code pages fit, the first one whose text contains one of `known_words` is used, otherwise
+/// the first one that fits.
 ///
 /// # Errors
-/// No encoding fits. The place is where decoding failed, in the encoding that came furthest.
+/// The bytes are not valid in the declared encoding; or none is declared and no encoding fits. The place is then where
+/// decoding failed in the encoding that came furthest.
 pub fn decode<'a>(bytes: &'a [u8], known_words: &[&str]) -> Result<Cow<'a, str>, Undecodable> {
     if let Some((encoding, skip)) = declared(bytes) {
         return strict(encoding, &bytes[skip..])
@@ -103,7 +107,9 @@ pub fn decode<'a>(bytes: &'a [u8], known_words: &[&str]) -> Result<Cow<'a, str>,
     })
 }
 
-/// Decodes the first `limit` bytes, enough to recognise the dialect. Invalid bytes are replaced.
+/// Decodes the first `limit` bytes: in the declared encoding; otherwise in that of UTF-8 and the code pages that fits
+/// and whose text contains one of `known_words`, or in the first one that fits. A character that the limit cuts is left
+/// out. If no encoding fits, or bytes are invalid in the declared one, invalid bytes are replaced.
 pub fn beginning<'a>(bytes: &'a [u8], limit: usize, known_words: &[&str]) -> Cow<'a, str> {
     let head = &bytes[..bytes.len().min(limit)];
     if let Some((encoding, skip)) = declared(head) {
@@ -130,8 +136,8 @@ pub fn beginning<'a>(bytes: &'a [u8], limit: usize, known_words: &[&str]) -> Cow
     candidates.swap_remove(marked.unwrap_or(0))
 }
 
-/// The encoding that the file declares by a byte order mark or an XML declaration, or UTF-16 if a zero byte shows it;
-/// and the length of the byte order mark (0 if there is none). `None` if nothing shows the encoding.
+/// The encoding that the file declares by a byte order mark or an XML declaration, or UTF-16 if one of the first two
+/// bytes is zero; and the length of the byte order mark (0 if there is none). `None` if nothing shows the encoding.
 fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     Encoding::for_bom(bytes).or(match bytes {
         // Only UTF-16 text has a NUL beside a character of ASCII.
@@ -141,7 +147,8 @@ fn declared(bytes: &[u8]) -> Option<(&'static Encoding, usize)> {
     })
 }
 
-/// The encoding that the XML declaration names. `None` if there is none, or if it names UTF-8 or UTF-16.
+/// The encoding that the XML declaration names. `None` if no declaration ends in the first 200 bytes, or if it names
+/// UTF-8, UTF-16 or an unknown encoding.
 fn of_xml(bytes: &[u8]) -> Option<&'static Encoding> {
     let end = bytes.iter().take(MAX_DECLARED).position(|&byte| byte == b'>')?;
     let head = std::str::from_utf8(&bytes[..end]).ok()?;

@@ -35,7 +35,7 @@ pub struct Example {
 pub enum Sample {
     /// A device that is a bit.
     Bit,
-    /// A word, or the first of several words.
+    /// A word, the first of several words, the beginning of a text, or a device of any type.
     Word,
     /// A constant number.
     Number,

@@ -62,7 +62,8 @@ impl<'a> Faults<'a> {
         }
     }
 
-    /// Adds an error whose caret is at `part`, which must be a slice of `line`.
+    /// Adds an error in line `number`, whose text is `line`. Its caret is at `part`, which must be a slice of `line`;
+    /// otherwise there is no caret.
     pub fn error_at(
         &mut self,
         code: Code,
@@ -88,14 +89,15 @@ impl<'a> Faults<'a> {
         !self.errors.is_empty()
     }
 
-    /// The collected list: errors in the order of their lines, then warnings. Use it if several stages read the same
-    /// file.
+    /// The collected list: errors in the order of their lines, then warnings; after each of the two, a note of how many
+    /// more there are, if any. Use it if several stages read the same file.
     pub fn in_order(mut self) -> Vec<Diagnostic> {
         self.errors.sort_by_key(|fault| (fault.line, fault.step));
         self.into_diagnostics()
     }
 
-    /// The collected list: errors in the order in which they were found, then warnings.
+    /// The collected list: errors in the order in which they were found, then warnings; after each of the two, a note
+    /// of how many more there are, if any.
     pub fn into_diagnostics(self) -> Vec<Diagnostic> {
         let mut all = self.errors;
         if self.dropped_errors > 0 {

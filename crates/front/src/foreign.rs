@@ -133,7 +133,7 @@ const BYTES: [(&[u8], Kind); 7] = [
     ),
 ];
 
-/// The first words of lines that occur only in Structured Text.
+/// Words that only Structured Text has at the beginning of a line.
 const WORDS: [&str; 9] = [
     "FUNCTION_BLOCK",
     "END_FUNCTION_BLOCK",
@@ -146,7 +146,7 @@ const WORDS: [&str; 9] = [
     "END_FOR;",
 ];
 
-/// The first words of lines that occur only in a textual sequential function chart.
+/// Words that only a sequential function chart in text form has at the beginning of a line.
 const CHART: [&str; 3] = ["INITIAL_STEP", "END_STEP", "END_TRANSITION"];
 
 /// The error for a file in a known format that scanbound does not read; `None` if the format is not recognised.

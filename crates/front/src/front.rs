@@ -11,7 +11,8 @@ use scanbound_ir::Program;
 use std::any::Any;
 use std::fmt;
 
-/// A dialect: one way to write programs.
+/// A dialect: one format in which the programs of a kind of PLC are written, such as a tool's CSV export or an
+/// instruction list.
 #[derive(Debug, Clone, Copy)]
 pub struct Dialect {
     /// The name of the dialect for `--dialect` and reports.
@@ -22,11 +23,12 @@ pub struct Dialect {
     pub sniff: Sniff,
 }
 
-/// How files of a dialect are recognised. A file that two dialects accept is refused, so each must reject doubtful
+/// How files of a dialect are recognised. The first dialect with [`Sniff::Bytes`] that accepts a file has it. Otherwise
+/// exactly one with [`Sniff::Text`] must accept it: a file that two accept is refused, so each must reject doubtful
 /// files.
 #[derive(Debug, Clone, Copy)]
 pub enum Sniff {
-    /// Whether a file whose text begins like this is in the dialect.
+    /// Whether a file whose text begins like this is in the dialect. The text is that of its first 64 KiB.
     Text(fn(&str) -> bool),
     /// Whether these bytes, which may be binary, are a complete file of the dialect.
     Bytes(fn(&[u8]) -> bool),
@@ -37,7 +39,8 @@ pub trait Front: Sync {
     /// All dialects of the front.
     fn dialects(&self) -> &'static [Dialect];
 
-    /// Whether a file with this name and beginning holds device comments, not a program.
+    /// Whether a file with this name and beginning holds device comments, not a program. False unless the front says
+    /// otherwise.
     fn is_comment_file(&self, name: &str, beginning: &str) -> bool {
         let _ = (name, beginning);
         false
@@ -64,7 +67,8 @@ pub trait Front: Sync {
     /// may belong to another front.
     ///
     /// # Errors
-    /// All errors of all files.
+    /// The errors of all files; warnings may be among them. A front may list only some of a file's errors and count the
+    /// others.
     fn read(
         &self,
         dialect: &Dialect,
@@ -86,7 +90,7 @@ pub trait Project: Any + fmt::Debug {
     /// The CPU that the project names, or the only CPU that has its dialect. `None` if the project names none.
     fn cpu(&self) -> Option<&str>;
 
-    /// Findings of the reading that do not stop the audit.
+    /// Warnings about the files, which do not stop the audit. Empty unless the front says otherwise.
     fn warnings(&self) -> Vec<Diagnostic> {
         Vec::new()
     }
@@ -99,7 +103,8 @@ pub trait Project: Any + fmt::Debug {
     /// Lowers the project to a program.
     ///
     /// # Errors
-    /// All errors of all files.
+    /// The errors of the files, options and facts that keep the front from making a program; warnings may be among
+    /// them.
     fn decode(&self, options: &Options<'_>) -> Result<Program, Vec<Diagnostic>>;
 }
 
@@ -119,10 +124,10 @@ pub struct MachineOptions {
     pub clock: bool,
     /// Whether the user may state that the CPU reads its inputs only once in a scan.
     pub latched: bool,
-    /// Whether the user may state how indices and indirect addresses work: the number of bits of an index of an
-    /// extended register, and the devices that are written through `@`.
+    /// Whether the user may state how many bits an index to file registers and extended data registers has, and which
+    /// devices are written through indirect addresses (`@D0`).
     pub index: bool,
-    /// Whether the user may state what the controller does in another way than the standard has it.
+    /// Whether the user may state where the controller behaves as IEC 61131-3 says and where it does not.
     pub controller: bool,
 }
 
@@ -136,8 +141,9 @@ pub struct Options<'a> {
     pub is_user_instruction: &'a dyn Fn(&str) -> bool,
     /// The user's facts.
     pub facts: &'a Facts,
-    /// Whether a call of a missing routine without a stated time takes no time. This shows which other facts a bound
-    /// needs. Otherwise such a call is an error.
+    /// How to treat a call of a routine that is not in the files and whose time the facts do not state. `true`: the
+    /// call takes no time, which makes the bound too low, but shows which other facts the bound needs. `false`: the
+    /// call is an error.
     pub absent_calls_take_no_time: bool,
     /// The task whose scan is analysed, as the user named it. `None` if the user named none.
     pub task: Option<&'a str>,
@@ -169,7 +175,7 @@ impl<'a> Options<'a> {
     }
 }
 
-/// The error that the time limit, or the user, ended the audit before the source was lowered.
+/// The error that the time limit, or the user, ended the audit before the source in `file` was lowered.
 #[must_use]
 pub fn stopped(reason: StopReason, file: &str) -> Diagnostic {
     let message = format!("{reason} ended the audit before the program was read");

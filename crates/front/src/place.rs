@@ -10,7 +10,7 @@ use scanbound_base::diagnostic::Diagnostic;
 pub enum WordPositions {
     /// The byte offsets of the words in the text of the file.
     Text(Box<[u32]>),
-    /// Line numbers, for words in rows of a CSV table.
+    /// The line on which each word is, from 1, for words in rows of a CSV table.
     Rows(Box<[u32]>),
 }
 
@@ -74,9 +74,10 @@ pub struct Caret<'a> {
 }
 
 impl Caret<'_> {
-    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them,
-    /// upper or lower case. It shows the source line on which that word is. If `part` is neither, it shows the
-    /// instruction without a caret.
+    /// A diagnostic whose caret is at `part`: a slice of the mnemonic or of an operand, or a word equal to one of them
+    /// in upper or lower case. For positions in text it shows the source line on which that word is; for rows of a
+    /// table, the instruction's text with the word's line number. If `part` is neither, it shows the instruction
+    /// without a caret.
     pub fn at(
         &self,
         part: &str,

@@ -35,7 +35,7 @@ impl Fronts {
         self.0.iter().flat_map(|front| front.known_words()).collect()
     }
 
-    /// The beginning of a file as text; invalid bytes are replaced.
+    /// The first 64 KiB of a file as text; invalid bytes are replaced.
     #[must_use]
     pub fn beginning(self, bytes: &[u8]) -> Cow<'_, str> {
         text::beginning(bytes, &self.known_words())
@@ -46,10 +46,11 @@ impl Fronts {
     }
 
     /// Recognises whether a file is a program, and in which dialect, or holds device comments. Dialects of binary files
-    /// see the whole file, all others its beginning.
+    /// see the whole file, and the first one that accepts it has it; all others see its first 64 KiB.
     ///
     /// # Errors
-    /// The file is empty, is not text, is in no known dialect, or fits two dialects.
+    /// The file is empty (unless its name is that of a file with device comments), is not text, is in no known dialect,
+    /// or fits two dialects of text files.
     pub fn detect(self, input: &Input) -> Result<FileKind, Diagnostic> {
         if input.bytes.is_empty() {
             if self.is_comment_file(&input.name, "") {
@@ -132,10 +133,11 @@ impl Fronts {
     }
 
     /// Reads a project's files: programs in the given order, all in one dialect, and device comments. If `dialect` is
-    /// `None`, it is recognised by the content.
+    /// `None`, it is recognised by the content; otherwise files that are recognised as another dialect are errors.
     ///
     /// # Errors
-    /// The errors and warnings of all files.
+    /// There is no such dialect or no program; a file cannot be read, or is not in the dialect of the first program.
+    /// The list has the errors of all files, as far as they can be found; warnings may be among them.
     pub fn read(
         self,
         inputs: &[Input],
@@ -206,8 +208,10 @@ impl Fronts {
         }
     }
 
-    /// The error for a file that is in another dialect than the user stated. If the stated dialect can read part of it,
-    /// the error names the first line that it cannot read; if it can read most lines, the error says only that.
+    /// The error for a file that is in another dialect than the user stated. If the file is read in the stated dialect
+    /// with errors in fewer than half of its lines, and none in line 1, the result is the first of these errors.
+    /// Otherwise the error names both dialects and, if there is one, the first error in a line. A dialect of binary
+    /// files is not tried.
     fn other_dialect(self, input: &Input, found: &Dialect, named: &Dialect) -> Diagnostic {
         let is_named = |own: &Dialect| own.name == named.name;
         let front = self.0.iter().find(|front| front.dialects().iter().any(is_named));
@@ -238,8 +242,9 @@ impl Fronts {
         }
     }
 
-    /// Recognises what a file is. If the user named a dialect, a file that is recognised as another one is an error,
-    /// and an unrecognised text file is taken as a program in the named one.
+    /// Recognises what a file is. If the user named a dialect, a file that is empty or recognised as another dialect is
+    /// an error, and device comments remain device comments. Any other file is taken as a program in the named dialect,
+    /// except that a dialect of text files refuses binary and undecodable files.
     fn kind(self, input: &Input, named: Option<&'static Dialect>) -> Result<FileKind, Diagnostic> {
         let found = self.detect(input);
         let Some(named) = named else { return found };
@@ -261,8 +266,8 @@ fn empty(input: &Input, message: &str) -> Diagnostic {
 }
 
 impl Input {
-    /// Converts text in this encoding to UTF-8. A file stays unchanged if it declares another encoding, is not valid in
-    /// this one, or is a binary image that one of the fronts reads.
+    /// Converts text in this encoding to UTF-8. A file stays unchanged if it is UTF-8, declares an encoding, is not
+    /// valid in this one, or is a binary image that one of the fronts reads.
     pub fn recode(&mut self, encoding: Encoding, fronts: Fronts) {
         let mut images = fronts.dialects().filter_map(|dialect| match dialect.sniff {
             Sniff::Bytes(sniff) => Some(sniff),

@@ -75,7 +75,7 @@ pub fn is_markup(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
 }
 
-/// A file name without directory and (last) extension.
+/// A file name without directory and (last) extension. A name that begins with its only dot (`.x`) has no extension.
 pub fn stem(name: &str) -> &str {
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
     match base.rsplit_once('.') {

@@ -22,7 +22,7 @@ use scanbound_front::{BEGINNING, FileKind, Input};
 const LARGEST: u64 = 256 << 20;
 /// The path that means standard input.
 pub const STDIN: &str = "-";
-/// The largest number of file names in one message.
+/// The largest number of file names of each kind in the warning about files that were left out.
 const LISTED: usize = 20;
 /// How many levels of subdirectories are searched for programs that the user did not name.
 const DEPTH: usize = 8;
@@ -33,15 +33,17 @@ pub struct Gathered {
     /// The files that were read, in the order in which the user named them; those of a directory in the order of their
     /// names.
     pub inputs: Vec<Input>,
-    /// Warnings about files that were left out, and about an order that was assumed.
+    /// Warnings: files that were left out, an order that was assumed, files with the same content, patterns of
+    /// `--ignore` that match nothing. From [`survey`] also errors.
     pub warnings: Vec<Diagnostic>,
 }
 
 /// Reads the named files, and from named directories all that may be a program or device comments.
 ///
 /// # Errors
-/// Each path that cannot be read, is named twice, or is a directory without a program; each file of a directory that
-/// may be a program but cannot be read as one. The list includes the warnings.
+/// Each path that cannot be read, is too large, is named twice, or is a directory without a program; each file of a
+/// directory that may be a program but cannot be read as one, or is in a subdirectory; and that `--ignore` excludes all
+/// files. The list includes the warnings.
 pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagnostic>> {
     let gathered = survey(paths, ignore);
     match gathered.warnings.iter().any(|fault| fault.severity == Severity::Error) {
@@ -50,7 +52,7 @@ pub fn gather(paths: &[PathBuf], ignore: &Ignore) -> Result<Gathered, Vec<Diagno
     }
 }
 
-/// As [`gather`], but continues after errors and returns them among the warnings, with the files that could be read.
+/// As [`gather`], but returns the files that could be read even if there are errors, and the errors among the warnings.
 #[must_use]
 pub fn survey(paths: &[PathBuf], ignore: &Ignore) -> Gathered {
     let named = paths.iter().filter_map(|path| fs::canonicalize(path).ok()).collect();
@@ -88,10 +90,10 @@ pub fn read_one(path: &Path) -> io::Result<Input> {
     Ok(Input { name: name(path), bytes: whole(path, MAX_MEASUREMENT_FILE)? })
 }
 
-/// Reads a small file that is not a program, such as facts, a timing table or a calibration plan.
+/// Reads a small file that is not a program, such as facts, a timing table or a calibration plan, or standard input.
 ///
 /// # Errors
-/// The file cannot be read, is not a regular file, or is too large.
+/// The file cannot be read, is not a regular file, or is larger than 64 MiB.
 pub fn read_small(path: &Path) -> io::Result<Vec<u8>> {
     whole(path, MAX_OTHER_FILE)
 }
@@ -157,7 +159,8 @@ struct Gathering<'a> {
     found: Vec<Diagnostic>,
 }
 
-/// The files of a directory that one warning lists together.
+/// The names of the files of one directory, by what was done with them: for the warning about files that were left out
+/// and the warning about the order of programs.
 #[derive(Default)]
 struct Listing {
     programs: Vec<String>,
@@ -333,7 +336,8 @@ struct ProgramSearch<'a, 'g> {
 
 impl ProgramSearch<'_, '_> {
     /// The first file in a directory, or at most `depth` levels below it, that may be a program and is not named
-    /// itself. A directory that is deeper counts as such a file. `None` if there is none.
+    /// itself. A directory that is deeper counts as such a file. Hidden directories, and what `--ignore` excludes, are
+    /// skipped. `None` if there is none.
     fn first(
         &mut self,
         directory: &Path,

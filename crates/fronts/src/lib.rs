@@ -22,8 +22,8 @@ pub fn detect(input: &Input) -> Result<FileKind, Diagnostic> {
     FRONTS.detect(input)
 }
 
-/// Reads a project's files with [`Fronts::read`], all fronts and the usual reading of comments. If `dialect` is `None`,
-/// it is recognised.
+/// Reads a project's files with [`Fronts::read`], all fronts and [`SourceOptions::default`], which refuses a comment
+/// within a comment. If `dialect` is `None`, it is recognised by the content.
 ///
 /// # Errors
 /// As [`Fronts::read`].

@@ -28,7 +28,8 @@ pub enum Approximated {
     },
     /// The block operations of the program have more cells than the limit (see [`crate::cell_budget`]).
     BlocksTooLarge,
-    /// An interrupt routine may write what this instruction reads.
+    /// What this instruction reads may change at any moment ([`Program::volatile`](crate::Program::volatile)), mostly
+    /// because an interrupt routine writes it.
     Interrupted,
     /// The instruction is in an interrupt routine, so everything that it reads is unknown.
     ReadByInterrupt,
@@ -126,10 +127,10 @@ impl fmt::Display for Approximated {
                         "loops and calls lead to too many executions"
                     }
                     SummaryReason::ValuesTooComplex => {
-                        "the program's computed values are too complex"
+                        "the program's computed values are too complex to follow"
                     }
                     SummaryReason::TimeLimit => {
-                        "the time limit was reached before the scan was analysed"
+                        "the time limit or the user ended the analysis of the scan early"
                     }
                 })?;
                 ": everything that can run from here on is charged at its larger time, without mutual exclusion"

@@ -43,7 +43,7 @@ pub struct Area {
     pub name: String,
     /// Other letters that timing tables may use for the cells of the area.
     pub aliases: &'static [&'static str],
-    /// What the area's cells are used for: memory, inputs or outputs.
+    /// What the area's cells are used for: memory, inputs, outputs, or memory that the front adds.
     pub role: Role,
     /// Whether the cells are bits or words.
     pub kind: AreaKind,

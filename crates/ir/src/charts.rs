@@ -9,6 +9,7 @@ pub struct Charts {
     pub exclusions: usize,
     /// The bits that say which steps are active and which actions are on.
     pub active: Vec<Cell>,
-    /// The areas of all that charts remember. Nothing but the program writes them, whoever is trusted.
+    /// The areas of all cells in which charts keep their state. With every level of trust (`--trust`), it is assumed
+    /// that only the program writes them.
     pub areas: Vec<AreaId>,
 }

@@ -5,10 +5,10 @@ use super::{Cell, Region, WordSource};
 /// The cells that an instruction may write if an index selects them, or if a word gives their number.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct IndexedWrite {
-    /// The first cell if the index is 0.
+    /// The first cell that is written if the index is 0.
     pub first: Cell,
-    /// The possible interpretations of the index, each a signed number, low word first. It is unknown which one the CPU
-    /// uses.
+    /// The possible interpretations of the index, each a signed number, low word first. If there are several, it is
+    /// unknown which one the CPU uses. The constant 0 if no index selects the cells.
     pub indices: Vec<Vec<WordSource>>,
     /// The number of cells that are written.
     pub length: Length,
@@ -31,7 +31,8 @@ impl IndexedWrite {
         }
     }
 
-    /// The region of this area from cell `least` to cell `largest`, inclusive.
+    /// The region of the area of [`IndexedWrite::first`] from the cell with index `least` to the one with index
+    /// `largest`, inclusive.
     #[must_use]
     pub fn range(&self, (least, largest): (u32, u32)) -> Region {
         let first = Cell { index: least, ..self.first };

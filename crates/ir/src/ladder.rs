@@ -34,7 +34,8 @@ pub struct Element {
 }
 
 impl Element {
-    /// The text to write at the symbol: the device of a contact or coil, otherwise the whole instruction.
+    /// The text to write at the symbol: the operand of a contact or coil (also of a set or reset coil), otherwise the
+    /// whole instruction.
     #[must_use]
     pub fn label(&self) -> &str {
         match self.symbol {

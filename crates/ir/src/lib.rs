@@ -172,7 +172,7 @@ pub enum Step {
         /// The first instruction of the routine.
         target: usize,
     },
-    /// Returns from a called routine, or ends the interrupt routine.
+    /// Returns from a called routine. In a main routine or an interrupt routine itself, ends it.
     Return,
     /// Ends the main routine that is running, even from a routine that it called. In an interrupt routine, ends the run
     /// of this routine.
@@ -184,8 +184,8 @@ pub enum Step {
         fires: Logic,
     },
     /// An unbounded loop: control has returned to an earlier point and nothing that the loop tests has changed, or no
-    /// end of the loop is known. A scan that reaches this has no bound. The analysis continues after it as if the loop
-    /// ended.
+    /// end of the loop is known. A scan that reaches this has no bound. The analysis ends the scan there, as a
+    /// [`Step::Stop`] that fires does.
     Unbounded {
         /// The first instruction of the loop; its last one is the instruction from which control came.
         from: usize,
@@ -196,7 +196,7 @@ pub enum Step {
     /// number (unsigned for [`ChoiceKind::UnsignedIterations`]), and limited to `least..=most`. `ForBegin` itself is
     /// reached once, its `ForEnd` once for each iteration.
     ForBegin {
-        /// The word that holds the number of iterations.
+        /// The word that gives the number of iterations.
         count: WordSource,
         /// The least number of iterations: a smaller count is raised to it.
         least: u32,
@@ -207,10 +207,10 @@ pub enum Step {
     },
     /// Ends an iteration of the loop that the matching `ForBegin` begins.
     ForEnd,
-    /// A summary of a loop whose number of iterations is unknown or too large. Every instruction listed is charged the
-    /// given number of times at the larger of its two times; then the regions are havocked (with `choice`); then the
-    /// first exit whose choice has bit 0 set is taken, or control continues after `end`. Stack and slots are empty
-    /// afterwards.
+    /// Stands for a loop, a routine or a whole program that is not followed, because a number of iterations is unknown
+    /// or there are too many executions. Every instruction listed is charged the given number of times at the larger of
+    /// its two times; then the regions are havocked (with `choice`); then the first exit whose choice has bit 0 set is
+    /// taken, or control continues after `end`. Stack and slots are empty afterwards.
     Summary(Box<Summary>),
     /// Opens a master control region. Until it is closed, its condition (whether this step fired) is part of the
     /// condition of every step that acts.
@@ -229,22 +229,24 @@ pub enum Step {
     Nothing,
 }
 
-/// The contents of a loop summary. Boxed in [`Step`], because it is large and rare.
+/// What [`Step::Summary`] charges and writes in place of a loop, a routine or a whole program that is not followed.
+/// Boxed in [`Step`], because it is large and rare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
-    /// The last instruction that the summary stands for: of a loop, its `ForEnd`; of a routine, the summary itself.
-    /// Control continues after it if no exit is taken.
+    /// The last instruction that the summary stands for: of a loop, its `ForEnd`; otherwise the summary itself. Control
+    /// continues after it if no exit is taken.
     pub end: usize,
-    /// The instructions that are charged, each with the number of times that it is charged.
+    /// The instructions that are charged, each with the number of times that it is charged at the larger of its two
+    /// times.
     pub charges: Vec<(usize, u64)>,
-    /// The regions that the loop or routine may write.
+    /// The regions that are havocked: everything that the loop, routine or program may write.
     pub havocs: Vec<Region>,
     /// The choice whose values are written to these regions.
     pub choice: ChoiceId,
     /// The exits besides the normal end of the loop, each with the choice that decides whether it is taken.
     pub exits: Vec<(ChoiceId, Exit)>,
     /// For a loop: the word with the number of iterations, and the smallest and largest number. Real runs use these to
-    /// execute the loop. `None` for a routine, at which a real run stops.
+    /// execute the loop. `None` for a routine or a whole program, at which a real run stops.
     pub iterations: Option<(WordSource, u32, u32)>,
 }
 
@@ -336,7 +338,8 @@ pub struct Instruction {
 }
 
 impl Instruction {
-    /// The words from which the instruction's number of units is read. `None` if that number is constant.
+    /// The words from which the instruction's number of units is read. `None` if no words give it: the instruction has
+    /// no units, a constant number of them, or an unknown number up to a limit.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         self.timing.as_ref()?.counted()
@@ -367,7 +370,8 @@ pub struct Program {
     pub standby: Vec<usize>,
     /// The memory areas. An [`AreaId`] is an index into this list.
     pub areas: Vec<Area>,
-    /// The instructions of all files.
+    /// The instructions of all files, then those that stand for missing routines, and for routines and programs that
+    /// are not followed.
     pub instructions: Vec<Instruction>,
     /// The main routines, ranges of instructions, in execution order.
     pub mains: Vec<std::ops::Range<usize>>,
@@ -376,7 +380,9 @@ pub struct Program {
     /// The named tasks of the project. The first is the task whose scan is bounded; the others are also interrupts with
     /// the same names.
     pub tasks: Vec<Task>,
-    /// The `ForBegin`s of loops whose number of iterations is unknown. Such loops are never followed.
+    /// The `ForBegin`s of loops for which neither the front nor the user gives a number of iterations. `passes::loops`
+    /// summarises them ([`Step::Summary`]), however small they are. If `passes::values` then finds a smaller limit,
+    /// they are followed.
     pub loops_without_count: BTreeSet<usize>,
     /// Instructions whose iterations or units have a smaller upper limit than their words could hold, as
     /// `passes::values` found.
@@ -385,7 +391,8 @@ pub struct Program {
     /// instruction, and counts only if the instruction fires or is a contact. The CPU stops at such an error, so a scan
     /// with one is not a lower bound. The upper bound includes such scans.
     pub errors: BTreeMap<usize, Logic>,
-    /// Calls of routines whose source is missing, one entry for each call.
+    /// Code that is missing or in a language that cannot be read: one entry for each instruction that stands for such
+    /// code, as for each call of a missing routine.
     pub missing_routines: Vec<MissingRoutine>,
     /// Functions and function blocks that are called but have no body and no stated facts. The analysis assumes that
     /// they do nothing.
@@ -403,10 +410,10 @@ pub struct Program {
     pub registers: BTreeMap<ChoiceId, (String, u32)>,
     /// Timers and counters, for emulated CPUs and runs of successive scans.
     pub timekeeping: timers::Timekeeping,
-    /// For choices that havoc a whole area because an index selects the cells: the cells that the instruction may
-    /// write.
+    /// For choices that havoc more cells than the instruction writes, because an index selects the cells or a word
+    /// gives their number: what is known of the cells that it may write.
     pub indexed: BTreeMap<ChoiceId, IndexedWrite>,
-    /// The memory after power-up.
+    /// What is known of the memory after power-up.
     pub power_up: PowerUp,
     /// How the program changes the limits of its scan time.
     pub scan_control: ScanControl,
@@ -440,12 +447,12 @@ pub struct Program {
     /// The first instruction that accesses a network station directly, an index into `instructions`. `None` if there is
     /// none.
     pub first_direct_access: Option<usize>,
-    /// Ranges that the user stated.
+    /// Ranges of values at the start of every scan: those that the user stated, then those of `trusted_ranges`.
     pub stated_ranges: Vec<StartRange>,
     /// Words with a stated range for which this is proved: in every scan that starts within the stated ranges, the
     /// program writes only values within the range.
     pub proved_ranges: BTreeSet<Cell>,
-    /// Ranges that the program itself ensures, if trusted. They constrain the start of a scan as stated ranges do.
+    /// Ranges that the program itself ensures, if trusted. `stated_ranges` contains the same ranges.
     pub trusted_ranges: Vec<TrustedRange>,
     /// Bits that the program itself keeps mutually exclusive, if trusted. `invariants` contains the same statements.
     pub mutually_exclusive: Vec<ExclusiveBits>,

@@ -51,14 +51,14 @@ pub enum ChoiceKind {
     /// The present value of a timer or counter: the set value if its contact is on; else the external value if that is
     /// below the set value; else 0.
     PresentValue {
-        /// The timer's contact (completion flag).
+        /// The contact (completion flag) of the timer or counter.
         contact: Cell,
-        /// The constant set value of the timer, in its time unit.
+        /// The constant set value: a time in the timer's unit, or a count.
         setting: u16,
     },
     /// The largest number of time units that pass in one scan, as a word: a timer with a larger set value cannot time
-    /// out in the scan that starts it. The analysis uses any value until a bound of the scan is known; a real run uses
-    /// 0, or the largest number, too.
+    /// out in the scan that starts it. For an upper bound, the analysis uses any value until a bound of the scan is
+    /// known, then the largest number. A real run uses 0, or the largest number if `goes_on` is set.
     ScanTicks {
         /// The time of one unit of the word.
         unit: Picos,
@@ -185,7 +185,8 @@ pub enum Count {
         /// The largest number of words for which the operation is modelled.
         most: u32,
     },
-    /// Up to and including the first word that contains a zero byte (the low byte comes first), and at most this many.
+    /// The words up to and including the first one that contains a zero byte. The number is unknown if none of the
+    /// first words, this many, contains one.
     Text(u32),
 }
 
@@ -198,7 +199,7 @@ pub enum Count {
 pub enum Operation {
     /// Copies each input to the output with the same index.
     Copy,
-    /// Applies a function to the number in the first input. One result.
+    /// Applies a function to the first input, taken as one number. One result.
     Each(Unary),
     /// Rotates the bits of the first input, taken as one number, by the first word of the second input. The carry is
     /// bit 0 of the third input. Results: the number; the carry, which is the last bit rotated out (for 0 places the
@@ -303,8 +304,8 @@ pub enum Operation {
         /// Whether the maximum of the list is found. Otherwise the minimum.
         greatest: bool,
     },
-    /// Searches the second input, a list, for the number in the first input. Results: the position (from 1) of the
-    /// first occurrence, or 0; the number of occurrences.
+    /// Searches the second input, a list, for the number in the first input. One result of two words: the position
+    /// (from 1) of the first occurrence, or 0; the number of occurrences.
     Find {
         /// Whether the PLC may search by bisection. If so, position and number are always unknown, because they depend
         /// on the steps of the search if the value occurs several times.
@@ -313,7 +314,8 @@ pub enum Operation {
     /// Splits the words of the first input into groups of this many bits (4 or 8), lowest group first, and gives each
     /// as a word. The first word of the second input is the number of groups. Unknown if the input has fewer groups.
     Split(u8),
-    /// Joins the lowest bits (4 or 8) of the words of the first input to consecutive groups; the remaining bits are 0.
+    /// Joins the lowest bits, this many (4 or 8), of each word of the first input to words, the first word's lowest;
+    /// the remaining bits are 0.
     Combine(u8),
     /// The bit of the first input whose number is the first word of the second input, modulo the number of bits, as a
     /// word of 0 or 1.
@@ -348,13 +350,13 @@ pub enum Operation {
 /// An arithmetic operation on two real numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Arithmetic {
-    /// Sum.
+    /// The sum of the two numbers.
     Add,
-    /// First minus second.
+    /// The first number minus the second.
     Sub,
-    /// Product.
+    /// The product of the two numbers.
     Multiply,
-    /// First divided by second.
+    /// The first number divided by the second.
     Divide,
 }
 
@@ -367,9 +369,9 @@ pub enum Unary {
     FromBcd,
     /// Swaps the two bytes of each word.
     SwapBytes,
-    /// Reverses the order of all bits.
+    /// Reverses the order of all bits of the number.
     Reverse,
-    /// The two's complement negative.
+    /// The negative in two's complement, with wraparound.
     Negate,
     /// Binary to Gray code. Unknown for negative numbers.
     ToGray,
@@ -378,8 +380,9 @@ pub enum Unary {
 }
 
 impl ChoiceKind {
-    /// Calls `see` with every word that the operation reads as a word, or from which it computes an address or a
-    /// length. Bits, and the cells at computed addresses, are omitted.
+    /// Calls `see` with every word that the operation of [`ChoiceKind::Exact`] reads as a word, or from which it
+    /// computes an address or a length, and with the word of a number of iterations. Bits, and the cells at computed
+    /// addresses, are omitted. Other kinds have no words.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::External

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub enum Resolution {
     /// The analysis executed the choice's operation, because its operands were known well enough.
     Exact,
-    /// The result is any value, but only in these cells.
+    /// The choice havocs, but only these cells; they may get any values.
     Within(Vec<Region>),
 }
 
@@ -30,7 +30,8 @@ impl Resolutions {
         self.choices.get(frames)?.get(&choice)
     }
 
-    /// Whether the instruction's number of units was read in this call context.
+    /// Whether [`Resolutions::record_count`] was called for the instruction in this call context: the analysis read its
+    /// number of units, although [`super::Counted::is_read`] is false there.
     #[must_use]
     pub fn counted(&self, frames: &[Frame], instruction: usize) -> bool {
         self.counted.get(frames).is_some_and(|counted| counted.contains(&instruction))
@@ -44,7 +45,8 @@ impl Resolutions {
         }
     }
 
-    /// Records that an instruction's number of units was read.
+    /// Records that the analysis read an instruction's number of units in a call context in which
+    /// [`super::Counted::is_read`] is false.
     pub fn record_count(&mut self, frames: &[Frame], instruction: usize) {
         match self.counted.get_mut(frames) {
             Some(counted) => _ = counted.insert(instruction),

@@ -1,4 +1,4 @@
-//! Interrupt routines, and called routines whose source is missing.
+//! Interrupt routines, and routines whose code is missing.
 
 use scanbound_base::time::Picos;
 
@@ -15,8 +15,8 @@ pub struct Interrupt {
     pub stated: bool,
 }
 
-/// A routine that is called but whose source is not in the project. A substitute routine at the end of the program is
-/// called in its place.
+/// A routine, body or pragma whose code is not in the project, or in a language that cannot be read. An instruction
+/// stands for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingRoutine {
     /// The name, normalised by [`scanbound_base::facts::normalized`].
@@ -24,7 +24,7 @@ pub struct MissingRoutine {
     /// The index of the instruction that stands for the routine: it takes the routine's time and writes what the
     /// routine may write.
     pub entry: usize,
-    /// The longest time of one execution of the routine.
+    /// The longest time of one execution of the routine, as the user states it; 0 if not `stated`.
     pub time: Picos,
     /// Whether the user stated the time. If not, nothing is known of the routine, so the result is not a bound.
     pub stated: bool,

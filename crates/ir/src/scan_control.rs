@@ -74,7 +74,8 @@ pub enum Switch {
 }
 
 impl ScanControl {
-    /// Lets index registers hold any values when a scan starts.
+    /// Lets index registers hold any values when a scan starts: each instruction of `by_index` may then set both times,
+    /// or change the relay in the way given there. Empties `by_index`.
     pub fn distrust_indices(&mut self) {
         for (at, switch) in std::mem::take(&mut self.by_index) {
             match switch {
@@ -107,7 +108,7 @@ impl ScanControl {
     }
 
     /// Whether the program may cause a constant scan: an instruction may switch it on, or, if no instruction switches
-    /// it, the program certainly sets the constant scan time.
+    /// it or all only possibly switch it off, the program certainly sets the constant scan time.
     #[must_use]
     pub fn may_be_constant(&self) -> bool {
         match self.switches.values().all(|switch| *switch == Switch::PossiblyOff) {

@@ -3,7 +3,8 @@
 use super::{BitTarget, Cell, Logic, Region};
 use std::collections::BTreeMap;
 
-/// A range that the user stated: the value of a word, or of two words read as one number, at the start of a scan.
+/// A range that the user stated, or of a trusted word: the value of a word, or of two words read as one number, at the
+/// start of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StartRange {
     /// The one or two cells, low word first.
@@ -17,7 +18,7 @@ pub struct StartRange {
 }
 
 impl StartRange {
-    /// Whether the cells may have this value.
+    /// Whether the cells may have this signed value.
     #[must_use]
     pub fn contains(&self, value: i64) -> bool {
         let is_one = |&one: &u16| i64::from(one.cast_signed()) == value;

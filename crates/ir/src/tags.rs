@@ -155,7 +155,8 @@ pub struct Tags {
 }
 
 impl Tags {
-    /// Adds a tag after the existing ones in an area of bits and an area of words. `None` if an area is full.
+    /// Adds a tag after the existing ones in an area of bits and an area of words. `None`, and nothing added, if its
+    /// cells do not fit into one of the two areas.
     pub fn add(&mut self, areas: [AreaId; 2], name: &str, of: Type) -> Option<Tag> {
         let size = of.size()?;
         let at = areas.map(|area| self.free.get(&area).copied().unwrap_or(0));

@@ -16,13 +16,14 @@ pub struct Task {
 }
 
 impl Task {
-    /// Whether this task may interrupt the task `other`. True if a priority is unknown.
+    /// Whether this task may interrupt the task `other`, because its priority is higher. True if a priority is unknown.
     #[must_use]
     pub fn interrupts(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own < others)
     }
 
-    /// Whether a task that is ready at the same time may have to wait for this one. If a priority is unknown, it may.
+    /// Whether the task `other`, if it is ready at the same time, may have to wait for this one: its priority is not
+    /// higher. True if a priority is unknown.
     #[must_use]
     pub fn delays(&self, other: &Task) -> bool {
         self.priority.zip(other.priority).is_none_or(|(own, others)| own <= others)

@@ -124,7 +124,7 @@ pub struct Timekeeping {
     /// Timers and counters by their instruction, an index into `Program::instructions`.
     pub instructions: BTreeMap<usize, TimerOrCounter>,
     /// Choices for timers that time out between two instructions. In a run that simulates time, no timer times out
-    /// there: the choice has the present value in the cell given here, or 0 if none is given.
+    /// there: the choice has the value that the cell given here holds at that moment, or 0 if none is given.
     pub between_instructions: BTreeMap<ChoiceId, Option<Cell>>,
     /// Choices that say whether a timer has timed out.
     pub expiries: BTreeMap<ChoiceId, Expiry>,

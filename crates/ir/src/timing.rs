@@ -25,7 +25,7 @@ pub struct Counted {
     pub words: Vec<WordSource>,
     /// The number of units that the instruction has for each 1 of that number.
     pub each: u64,
-    /// The largest number in the words; the instruction processes no more than this.
+    /// The largest number that counts: if the words hold a larger one, the instruction processes as if they held this.
     pub most: u64,
     /// The largest count with which the PLC certainly executes the instruction. With a larger one, the instruction may
     /// access cells outside the memory, which is an error. No scan with such a count is used as a lower bound.
@@ -37,7 +37,8 @@ impl Counted {
     /// many.
     pub const ITERATIONS: u32 = 16;
 
-    /// Whether the number of units is read in this call context. Otherwise the largest number is charged.
+    /// Whether the number of units is read in this call context: no iteration in it has a number of
+    /// [`Counted::ITERATIONS`] or more. Otherwise the largest number is charged.
     #[must_use]
     pub fn is_read(frames: &[Frame]) -> bool {
         frames.iter().all(|frame| frame.iteration < Counted::ITERATIONS)
@@ -69,7 +70,8 @@ pub struct TimingKey {
 }
 
 impl TimingKey {
-    /// The words from which the number of units is read. `None` if that number is constant.
+    /// The words from which the number of units is read. `None` if `units` is not [`Units::Counted`]: there are no
+    /// units, a constant number, or an unknown number up to a limit.
     #[must_use]
     pub fn counted(&self) -> Option<&Counted> {
         match &self.units {

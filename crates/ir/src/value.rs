@@ -31,7 +31,7 @@ pub struct ChoiceId(pub u32);
 /// Where an instruction reads one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitSource {
-    /// A constant.
+    /// A constant bit, which is not read from memory.
     Const(bool),
     /// The value of a bit cell.
     Cell(Cell),
@@ -46,7 +46,7 @@ pub enum BitSource {
 pub enum WordSource {
     /// A constant word, which is not read from memory.
     Const(u16),
-    /// A word cell.
+    /// The value of a word cell.
     Cell(Cell),
     /// `count` (1 to 16) bit cells from `first` on, `first` being the least significant bit; the upper bits are 0.
     Bits {
@@ -62,9 +62,9 @@ pub enum WordSource {
 /// Where an instruction writes one bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum BitTarget {
-    /// A bit cell.
+    /// The bit is written to a bit cell.
     Cell(Cell),
-    /// A bit of a word cell; the other bits keep their values.
+    /// The bit is written to this bit (0 to 15) of a word cell; the other bits keep their values.
     WordBit(Cell, u8),
 }
 
@@ -90,7 +90,7 @@ impl BitTarget {
 /// Where an instruction writes sixteen bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WordTarget {
-    /// A word cell.
+    /// The word is written to a word cell.
     Cell(Cell),
     /// The low `count` (1 to 16) bits go to the bit cells from `first` on; the upper bits are lost.
     Bits {
@@ -107,7 +107,7 @@ pub enum WordTarget {
 /// of words. Results wrap around.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Number {
-    /// A number that consists of these words.
+    /// The number in these words, low word first.
     Words(Vec<WordSource>),
     /// The sum of two numbers.
     Add(Box<Number>, Box<Number>),
@@ -173,7 +173,7 @@ pub enum NumberFormat {
 pub struct Compare {
     /// The operator between the left and the right side.
     pub relation: Relation,
-    /// How the words are interpreted.
+    /// How the words of both sides are interpreted.
     pub format: NumberFormat,
     /// The left side of the comparison.
     pub left: Number,
@@ -188,11 +188,11 @@ pub enum Logic {
     /// step that [depends on master control](crate::Step::depends_on_master_control), it is combined by AND with the
     /// conditions of all open master control regions.
     Condition,
-    /// A constant.
+    /// A constant truth value.
     Const(bool),
     /// True if the bit is on.
     Bit(BitSource),
-    /// Negation.
+    /// True if the operand is false.
     Not(Box<Logic>),
     /// True if all operands are true (true if there are none).
     All(Vec<Logic>),
@@ -233,7 +233,7 @@ pub enum Region {
         /// The number of cells of the range.
         count: u32,
     },
-    /// A whole area.
+    /// Every cell of an area.
     Area(AreaId),
     /// Every cell of every area.
     Everything,
@@ -295,7 +295,7 @@ impl Frame {
 pub struct ChoiceKey {
     /// The call context, outermost frame first; empty in the main routine outside loops.
     pub frames: Vec<Frame>,
-    /// The choice that is read.
+    /// The choice that is read, or that gives the values of the havocked cells.
     pub choice: ChoiceId,
     /// The cell whose value it is, if `Write::Havoc` or `Step::Summary` havocked a region. `None` if an expression
     /// reads the choice.

@@ -21,10 +21,10 @@ impl Lit {
     /// The constant false.
     pub const FALSE: Lit = Lit(1);
 
-    /// The literal of a node without negation.
+    /// The literal of the node with this index, not negated.
     #[must_use]
     pub fn positive(node: usize) -> Lit {
-        Lit(u32::try_from(node << 1).expect("nodes are numbered in 31 bits"))
+        Lit(u32::try_from(node << 1).expect("the number of nodes must fit in 31 bits"))
     }
 
     /// The index of the literal's node.
@@ -33,19 +33,19 @@ impl Lit {
         (self.0 >> 1) as usize
     }
 
-    /// Whether the node is negated.
+    /// Whether the literal is the negation of its node.
     #[must_use]
     pub fn is_negated(self) -> bool {
         self.0 & 1 == 1
     }
 
-    /// Whether this is one of the constants.
+    /// Whether this is [`Lit::TRUE`] or [`Lit::FALSE`].
     #[must_use]
     pub fn is_constant(self) -> bool {
         self.0 < 2
     }
 
-    /// [`Lit::TRUE`] or [`Lit::FALSE`].
+    /// [`Lit::TRUE`] if `value` is true, else [`Lit::FALSE`].
     #[must_use]
     pub fn constant(value: bool) -> Lit {
         if value { Lit::TRUE } else { Lit::FALSE }
@@ -106,7 +106,7 @@ impl Default for Circuit {
     }
 }
 
-/// The value of every node under an assignment.
+/// The value of every node of a [`Circuit`] under an [`Assignment`].
 pub struct Values(Vec<bool>);
 
 impl Values {
@@ -118,7 +118,7 @@ impl Values {
 }
 
 impl Circuit {
-    /// All nodes; inputs come before gates.
+    /// All nodes; the inputs of a gate come before the gate.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         self.nodes.all()
@@ -130,7 +130,7 @@ impl Circuit {
         self.nodes.all()[lit.node()]
     }
 
-    /// The literal of an atom.
+    /// The literal of an atom. A word is always at least 0, so `AtLeast(_, 0)` gives [`Lit::TRUE`].
     pub fn atom(&mut self, atom: Atom) -> Lit {
         if let Atom::AtLeast(_, 0) = atom {
             return Lit::TRUE;

@@ -45,7 +45,7 @@ impl CellRange {
     }
 }
 
-/// The cells that a block of havocs of one area may write.
+/// The cells that a block, which is a number of consecutive havocs of one area, may write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Block {
     /// The cells that every havoc of the block may write.
@@ -131,7 +131,7 @@ pub struct Havocs {
 
 /// Stores a position or index in 32 bits.
 fn short(number: usize) -> u32 {
-    u32::try_from(number).expect("writes of any value are counted in 32 bits")
+    u32::try_from(number).expect("the number of writes of any value must fit in 32 bits")
 }
 
 impl Havocs {
@@ -167,7 +167,8 @@ impl Havocs {
         self.areas[usize::from(area.0)].indices.len()
     }
 
-    /// The havocs that may write the cell, among numbers `since..until` of its area, latest first.
+    /// The havocs that may write the cell, latest first, among those with the numbers `since..until` in the cell's
+    /// area.
     pub fn concerning(&self, cell: Cell, since: u32, until: u32) -> impl Iterator<Item = &Havoc> {
         let area = &self.areas[usize::from(cell.area.0)];
         let (since, mut until) = (since as usize, until as usize);
@@ -177,7 +178,7 @@ impl Havocs {
         })
     }
 
-    /// The havocs that are executed in the scan in which a literal is true if `holds` says so.
+    /// The havocs that are executed in one scan; `holds` says whether a literal is true in this scan.
     #[must_use]
     pub fn executed(&self, holds: impl Fn(Lit) -> bool) -> ExecutedHavocs<'_> {
         let happens = |&place: &usize, area: &AreaWrites| {
@@ -218,8 +219,8 @@ impl Havocs {
         self.all[self.areas[usize::from(area.0)].indices[place] as usize].executed
     }
 
-    /// A copy in which each havoc has another literal for whether it is executed: the one that `happened` returns for
-    /// the old literal.
+    /// A copy in which each havoc has a new literal for whether it is executed: the one that `happened` returns for the
+    /// old literal.
     #[must_use]
     pub fn with_conditions(&self, mut happened: impl FnMut(Lit) -> Lit) -> Havocs {
         let mut found = Havocs::of_areas(self.areas.len());
@@ -233,7 +234,7 @@ impl Havocs {
 /// The havocs that are executed in one scan.
 pub struct ExecutedHavocs<'a> {
     havocs: &'a Havocs,
-    /// For each area, the positions of the executed havocs in its list.
+    /// For each area, the positions of the executed havocs among the havocs of the area, ascending.
     places: Vec<Vec<u32>>,
 }
 

@@ -33,14 +33,14 @@ pub enum Origin {
     Start(Cell),
     /// A choice of the program (a nondeterministic value) in one call context.
     Choice(ChoiceKey),
-    /// The value that the last executed havoc that may write a cell gave it, among those of the cell's area in
-    /// [`ScanModel::havocs`] from number `since` to number `until` (exclusive).
+    /// The value that a cell got from a havoc: from the last one that the scan executes and that may write the cell,
+    /// among the havocs of the cell's area in [`ScanModel::havocs`] with the numbers `since` to `until` (exclusive).
     Havocked {
         /// The cell that the variable stands for.
         cell: Cell,
-        /// The range begins after this many havocs of the cell's area.
+        /// The number of the first havoc of the range, counted from 0 within the cell's area.
         since: u32,
-        /// The range ends after this many havocs of the cell's area.
+        /// The number after that of the last havoc of the range, counted in the same way.
         until: u32,
     },
 }
@@ -120,7 +120,7 @@ impl Charge {
         self.cost_by(|lit| values.get(lit))
     }
 
-    /// The time of the charge in the scan in which its literals have these values.
+    /// The time of the charge in a scan in which `value` gives the values of its literals.
     #[must_use]
     pub fn cost_by(&self, value: impl Fn(Lit) -> bool) -> Picos {
         match (value(self.fires), value(self.reached)) {
@@ -140,7 +140,7 @@ impl Charge {
         self.guards().next().is_none()
     }
 
-    /// The literals on which the time of the charge depends.
+    /// The literals on which the time of the charge depends, without constants.
     pub fn guards(&self) -> impl Iterator<Item = Lit> + '_ {
         let matters = |guard: &Lit| {
             !guard.is_constant()
@@ -198,20 +198,23 @@ pub struct ScanModel {
     pub errors: Vec<Lit>,
     /// The havocs in order of execution.
     pub havocs: Havocs,
-    /// The free words from which the numbers of iterations of loops that are not followed are computed, as far as
-    /// examined.
+    /// In a model for upper bounds: the free words from which the numbers of iterations of loops that are not followed
+    /// are computed, as far as examined.
     pub count_variables: BTreeSet<VarId>,
-    /// The havocs for which it is unknown which cells they write, in order of execution.
+    /// The havocs for which it is unknown which cells they write, one entry for each choice, in the order of their
+    /// first executions.
     pub unknown_writes: Vec<UnknownWrite>,
     /// The places at which a scan enters an unbounded loop.
     pub unbounded: Vec<Unbounded>,
     /// In a model for upper bounds, for loops that are not followed, by the index of their instruction: the largest
-    /// number of iterations that the word with their count allows, over all times that control may reach them.
+    /// number of iterations that the word with their count and the loop's own limits allow, over all times that control
+    /// may reach them.
     pub iterations: BTreeMap<usize, u32>,
     /// The numbers of iterations of loops that are not followed, one entry for each time that control may reach a loop.
-    /// Empty in a model without observed results.
+    /// Only in a model for upper bounds that was built with results of real runs
+    /// ([`Knowledge`](scanbound_ir::meaning::Knowledge)); otherwise empty.
     pub loop_counts: Vec<LoopCount>,
-    /// Which choices the analysis replaced by computed results, by call context.
+    /// Which choices the analysis replaced by computed results or limited to fewer cells, by call context.
     pub resolutions: Arc<Resolutions>,
 }
 
@@ -224,7 +227,8 @@ pub struct LoopCount {
     pub reached: Lit,
     /// The number of iterations as a signed number, least significant bit first.
     pub bits: [Lit; 16],
-    /// The number of iterations that the loop makes even if `bits` is a smaller number.
+    /// The number of iterations that the loop may make even if `bits` is a smaller number. [`u32::MAX`] if the count is
+    /// not the signed number in `bits`, so that it is not limited.
     pub least: u32,
 }
 
@@ -263,7 +267,7 @@ impl GroupAssignment {
 }
 
 impl ScanModel {
-    /// The total time of these charges (indices into `charges`) in the scan with this assignment.
+    /// The total time of these charges (indices into [`ScanModel::charges`]) in the scan with this assignment.
     #[must_use]
     pub fn cost(&self, charges: &[usize], assignment: &Assignment) -> Picos {
         let values = self.circuit.evaluate(assignment);

@@ -28,7 +28,7 @@ impl<T: Copy + Eq + Hash> Shared<T> {
             |&number| values[number as usize] == value,
             |&number| hash(&values[number as usize]),
         );
-        let new = || u32::try_from(values.len()).expect("values are numbered in 32 bits");
+        let new = || u32::try_from(values.len()).expect("the number of values must fit in 32 bits");
         let number = *entry.or_insert_with(new).get();
         if number as usize == values.len() {
             values.push(value);

@@ -69,7 +69,8 @@ fn summarise(program: &mut Program) -> Result<(), Vec<Diagnostic>> {
             taken.insert(begin, end);
         }
         let Some(step) = of_loop(program, begin, end, u64::from(most)) else {
-            let message = "nested loops and calls execute this instruction too often to count";
+            let message =
+                "nested loops and calls execute the instructions of this loop too often to count";
             let help =
                 "state in a facts file ([counts]) how many iterations the loops around it have";
             faults.push(program.fault(&program.instructions[begin], Code::Loop, message, help));

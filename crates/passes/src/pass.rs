@@ -9,7 +9,7 @@ use scanbound_ir::{Cell, Program, Role};
 pub struct Pass {
     /// What the pass does, for progress messages.
     pub name: &'static str,
-    /// Runs the pass. Errors mean that a scan of the program has no bound.
+    /// Runs the pass. Errors mean that a scan of the program has no bound, or one that is too large to count.
     pub run: fn(&mut Program, &Settings<'_>) -> Result<(), Vec<Diagnostic>>,
 }
 

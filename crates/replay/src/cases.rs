@@ -9,8 +9,8 @@ const MAX_LOOPS: usize = 4;
 /// counts with its least time.
 const MAX_RUNS: usize = 64;
 
-/// Which of two readings of a standard the controller follows, by number
-/// ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)).
+/// Whether the controller does something in another way than the standard has it, by the number of
+/// [`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading). A reading without an entry is not fixed.
 pub type Readings = BTreeMap<u32, bool>;
 
 /// One case: which way a run takes at each open point.

@@ -32,8 +32,8 @@ pub struct Scan {
     pub total: Picos,
     /// The number of executed instructions.
     pub executed: u64,
-    /// Where and why the scan stopped early: at an unknown value, at an operation error, or at the limit of
-    /// instructions. `None` if it ended normally.
+    /// Where and why the scan stopped early: at an unknown value, at an operation error, at a count that is excluded,
+    /// or at the limit of instructions. `None` if it ended normally or at an unbounded loop.
     pub stopped: Option<Stopped>,
     /// The [`Step::Unbounded`](scanbound_ir::Step::Unbounded) at which the scan stopped, because the loop never ends.
     /// `None` if it reached none.

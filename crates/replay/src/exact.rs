@@ -1,4 +1,4 @@
-//! Exact choices: executes operations exactly and records what their results are.
+//! Choices of the kind [`ChoiceKind::Exact`]: executes their operations exactly and records the results.
 
 use super::free::FreeValues;
 use super::operation::run;
@@ -39,8 +39,8 @@ impl<F: FreeValues> State<'_, F> {
         value
     }
 
-    /// Executes an operation and writes its results if `fired`. Returns false, and writes nothing, if a result or the
-    /// cells to which it goes are unknown.
+    /// Executes an operation and writes its results if `fired`; results of unknown operands are written as unknown.
+    /// Returns false, and writes nothing, if the results are undefined, or the cells to which they go are unknown.
     pub(super) fn write_exactly(
         &mut self,
         choice: ChoiceId,

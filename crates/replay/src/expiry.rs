@@ -60,7 +60,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         given
     }
 
-    /// Whether a choice depends on time that the run does not simulate.
+    /// In a run of scans that follow each other: whether the choice depends on earlier scans in a way that the run does
+    /// not follow (`Timekeeping::untracked`). False in other runs.
     pub(super) fn is_uncounted(&self, choice: ChoiceId) -> bool {
         self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
     }
@@ -140,7 +141,8 @@ impl<'p, F: FreeValues> State<'p, F> {
     }
 
     /// The present value of the current timer when the scan started; with `setting`, the number of units that remained.
-    /// `None` if no earlier instruction has read the value, or it is unknown.
+    /// `None` if no earlier instruction has read the value, if it is not valid BCD, or if the run computes timers from
+    /// the simulated time.
     fn present_or_remaining(&mut self, expiry: &Expiry, setting: Option<u64>) -> Option<i64> {
         let (first, timed) = self.current_timer()?;
         let read = self.presents.get(&timed.present).copied().flatten();

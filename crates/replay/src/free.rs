@@ -36,7 +36,8 @@ pub trait FreeValues {
     fn simulates_time(&self) -> bool {
         false
     }
-    /// Whether the elapsed time of a timer follows from the times of earlier scans.
+    /// Whether scans follow each other from power-up, so that the elapsed time of a timer follows from the times of
+    /// earlier scans.
     fn counts_time(&self) -> bool {
         false
     }
@@ -68,7 +69,8 @@ impl FreeValues for &Witness {
 /// How nondeterministic values are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// Every choice may have any value, as in the analysis.
+    /// As in the analysis: a choice has the value that [`FreeValues`] gives, unless the analysis computed it or a real
+    /// run observed it.
     Model,
     /// Operations have exact results, as on a PLC: a real run, see [`scanbound_ir::meaning`].
     Real,

@@ -88,8 +88,9 @@ pub fn real<F: FreeValues>(
     RealRun { learned, readings, ..best.expect("there is a case") }
 }
 
-/// Runs one scan of the program on the witness's values. Where a real run observed an operation with the same values,
-/// the operation gives the observed result; elsewhere its result is the witness's value of the choice.
+/// Runs one scan of the program on the witness's values. An operation is executed where the analysis computed it
+/// ([`Witness::resolutions`]). Where a real run observed it with the same values, it gives the observed result;
+/// elsewhere its result is the witness's value of the choice.
 #[must_use]
 pub fn replay_knowing(
     program: &Program,

@@ -3,7 +3,7 @@
 use super::words::{number, words_of};
 use scanbound_ir::meaning::{Arithmetic, Operation};
 
-/// The maximum length of a list.
+/// The largest number of repetitions of [`Operation::Repeat`].
 const MAX_LENGTH: u16 = 0x7FFF;
 
 /// The results of an operation on lists, as [`Operation`] defines them. `None` if it says that the result is unknown.
@@ -170,7 +170,8 @@ fn bits(value: f32) -> Vec<u16> {
     words_of(i128::from(value.to_bits()), 2)
 }
 
-/// The result if it is exact, so that the rounding mode of the PLC does not matter. `None` if it must be rounded.
+/// The result if it is exact, so that the rounding mode of the PLC does not matter. `None` if it must be rounded, or is
+/// neither normal nor +0.
 fn exactly(arithmetic: Arithmetic, a: f32, b: f32) -> Option<f32> {
     let (x, y) = (f64::from(a), f64::from(b));
     let result = match arithmetic {

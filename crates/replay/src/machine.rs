@@ -117,7 +117,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         (replay.total, most - self.remaining, self.stopped, replay.unbounded, self.state)
     }
 
-    /// Uses the results of operations that earlier real runs computed.
+    /// Lets operations give the results that earlier real runs observed for the same values.
     pub(super) fn knowing(mut self, knowledge: &Knowledge) -> Self {
         self.state.learned = knowledge.clone();
         self
@@ -407,8 +407,8 @@ impl<'p, F: FreeValues> Machine<'p, F> {
         Next::Stop
     }
 
-    /// The number of iterations that a loop makes, or why the run stops: the number is unknown, or the user's
-    /// statements exclude it.
+    /// The number of iterations that a loop makes, or why the run stops: the number is unknown, or excluded by the
+    /// user's statements or by the loop's largest number.
     fn iterations(&mut self, step: &Step, count: WordSource) -> Result<u32, StopReason> {
         let (least, most) = match step {
             Step::ForBegin { least, most, .. } => (*least, *most),

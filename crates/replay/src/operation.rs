@@ -97,7 +97,7 @@ fn sum(subtract: bool, inputs: &[Vec<u16>], read: &dyn Fn(&[u16]) -> Option<i128
     Some(if subtract { a - second } else { a + second })
 }
 
-/// The decimal digits of a number, four per word.
+/// The lowest decimal digits of a number as BCD: this many words of four digits, low word first.
 fn digits(value: i128, words: usize) -> Vec<u16> {
     let digit = |n: usize| (value / 10i128.pow(n as u32) % 10) as u16;
     (0..words).map(|w| (0..4).fold(0, |word, n| word | digit(4 * w + n) << (4 * n))).collect()

@@ -30,8 +30,8 @@ pub struct Replay {
     pub total: Picos,
     /// The executed instructions, in order.
     pub events: Vec<Event>,
-    /// Indices into `Program::stated_ranges` of the user's ranges that the start values violate. Only cells that the
-    /// scan read count. If the list is not empty, the user's statements exclude this scan.
+    /// Indices into `Program::stated_ranges` of the ranges that the start values violate. Only cells that the scan read
+    /// count. If the list is not empty, the ranges exclude this scan.
     pub broken_ranges: Vec<usize>,
     /// Indices into `Program::invariants` of the invariants that the start values violate. If the list is not empty, no
     /// scan starts with these values. In a real run, higher indices stand for the conditions of
@@ -44,9 +44,9 @@ pub struct Replay {
 /// Why a real run stopped before the end of the scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StopReason {
-    /// The next step depends on an unknown value: the result of the instruction with this index.
+    /// What happens next depends on a value that is unknown because of the instruction with this index.
     Unknown(usize),
-    /// The user's statements exclude this scan.
+    /// The user's statements, or the largest number of iterations of a loop, exclude this scan.
     Excluded,
     /// An operation error occurs that stops the CPU.
     Error,
@@ -59,7 +59,7 @@ pub enum StopReason {
 pub struct Stopped {
     /// The instruction, an index into `Program::instructions`.
     pub at: usize,
-    /// The call context: the calls and loop iterations on the path to the instruction.
+    /// The call context: the calls, loop iterations and interrupt runs on the path to the instruction, outermost first.
     pub frames: Arc<[Frame]>,
     /// The reason why the run stopped.
     pub reason: StopReason,
@@ -71,15 +71,16 @@ pub struct RealRun {
     /// The executed part of the scan. Its `total` is a lower bound on the scan's time: instructions after a stop are
     /// not counted, and an instruction counts with its smaller time if it is unknown whether it fires.
     pub replay: Replay,
-    /// Where and why the run stopped, if it did not reach the end of the scan.
+    /// Where and why the run stopped. `None` if it reached the end of the scan, or an unbounded loop
+    /// ([`Replay::unbounded`]).
     pub stopped: Option<Stopped>,
     /// The operations that the run executed, each with the values that it read and its result.
     pub learned: Knowledge,
     /// Ranges that hold at the start of the scan and not at its end: the index into `Program::stated_ranges` and the
     /// value at the end. Empty if the run stopped early.
     pub range_violations: Vec<(usize, i64)>,
-    /// The pairs of `Program::stated_exclusions` that hold at the start of the scan and certainly not at its end. Empty
-    /// if the run stopped early.
+    /// The pairs of `Program::stated_exclusions` (indices into `Program::invariants`) that hold at the start of the
+    /// scan and certainly not at its end. Empty if the run stopped early.
     pub exclusion_violations: Vec<usize>,
     /// The numbers of the readings ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)) on which this
     /// run and its other cases depend.

@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The values that come from outside the program in one scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OutsideValues<'p> {
-    /// Values of inputs and of the other cells that [`Outside::sets`]. A cell that is not listed is 0.
+    /// Values of the inputs that are set from outside ([`Outside::sets`]). A cell that is not listed is 0.
     pub inputs: BTreeMap<Cell, u16>,
     /// The values of choices. A choice that is not listed has the value 0.
     pub choices: &'p BTreeMap<ChoiceKey, u16>,
@@ -46,8 +46,8 @@ impl<'p> Outside<'p> {
         Outside { program, written: written(program), program_written: None }
     }
 
-    /// The outside of this program with unknown values: everything from outside is unknown, and so is every cell that
-    /// the program does not write individually.
+    /// The outside of this program with unknown values: everything from outside is unknown, and in the first scan also
+    /// every cell that the program does not write individually.
     #[must_use]
     pub fn with_unknown_values(program: &'p Program) -> Outside<'p> {
         let mut own = BTreeSet::new();
@@ -67,8 +67,8 @@ impl<'p> Outside<'p> {
         self.program
     }
 
-    /// A placeholder for an unknown value: the value nearest to 0 in the range that the user states for this cell,
-    /// otherwise 0.
+    /// A placeholder for an unknown value: the value nearest to 0 in the cell's range in `Program::stated_ranges`, or 0
+    /// if it has none.
     fn placeholder(&self, cell: Cell) -> u16 {
         let range = self.program.stated_ranges.iter().find(|range| range.cells == [cell]);
         range.map_or(0, |range| range.nearest_to_zero() as u16)
@@ -94,7 +94,7 @@ impl<'p> Outside<'p> {
 /// A PLC since power-up, and its state after the scans so far.
 pub struct Run<'p> {
     outside: &'p Outside<'p>,
-    /// The least times of each instruction.
+    /// The times of each instruction, parallel to `Program::instructions`.
     times: &'p [Times],
     /// The overhead of a scan: its time besides its instructions.
     overhead: Picos,

@@ -89,7 +89,7 @@ pub(super) struct State<'p, F> {
     cells: FxHashMap<Cell, CellValue>,
     /// The havocs of each area, oldest first.
     havocs: Vec<Vec<HavocRecord>>,
-    /// The start values of cells for which the user states a range. `None` while the scan has not read the cell.
+    /// The start values of the cells in `Program::stated_ranges`. `None` while the scan has not read the cell.
     started: BTreeMap<Cell, Option<u16>>,
     frames: Arc<[Frame]>,
     pub(super) mode: Mode,
@@ -265,7 +265,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         self.free.resolutions()?.choice(&self.frames, choice)
     }
 
-    /// Whether the analysis determined the number of units of this instruction in this call context.
+    /// Whether the analysis read the number of units of this instruction in a call context in which
+    /// [`scanbound_ir::Counted::is_read`] is false.
     pub(super) fn was_counted(&self) -> bool {
         self.free.resolutions().is_some_and(|known| known.counted(&self.frames, self.at))
     }
@@ -533,7 +534,8 @@ impl<'p, F: FreeValues> State<'p, F> {
         }
     }
 
-    /// Havocs a region if `fired`. Its cells are known afterwards only if their values come from outside.
+    /// Havocs a region if `fired`. In a real run, its cells are known afterwards only if their values come from
+    /// outside.
     pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
         self.changes += 1;
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::External);

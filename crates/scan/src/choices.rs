@@ -60,7 +60,9 @@ impl Run<'_> {
         short
     }
 
-    /// The literal of a choice that instruction `at` reads as a bit: computed or observed where known, otherwise free.
+    /// The literal of a choice that instruction `at` reads as a bit: computed, or observed in a real run, where that is
+    /// known; otherwise free. For lower bounds, a [`ChoiceKind::StableExternal`] is its cell, and for timers see
+    /// `expired`.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
         if let Some(word) = self.computed_value(choice, at) {
@@ -94,7 +96,9 @@ impl Run<'_> {
         bit
     }
 
-    /// The word of a choice that instruction `at` reads as a word: computed or observed where known, otherwise free.
+    /// The word of a choice that instruction `at` reads as a word: computed, or observed in a real run, where that is
+    /// known; otherwise free. [`ChoiceKind::Iterations`] and [`ChoiceKind::ScanTicks`] have rules of their own, and for
+    /// lower bounds the present values of timers and counters.
     pub(super) fn word_choice(&mut self, choice: ChoiceId, at: usize) -> Word {
         let program = self.program;
         let iterations = match program.kinds.get(&choice) {
@@ -331,7 +335,7 @@ impl Run<'_> {
     }
 
     /// The literal that says whether an observation applies: all that was read then has the same values now. False if
-    /// it read a choice of another call context.
+    /// it read a choice of another call context, or the value of a havocked cell.
     fn matches(&mut self, reads: &[Read], at: usize) -> Lit {
         let mut all = Lit::TRUE;
         for read in reads {

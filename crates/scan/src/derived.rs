@@ -4,7 +4,8 @@
 use super::term::Word;
 use scanbound_model::{Circuit, Lit};
 
-/// The operation of a derived word, on numbers of one or two words.
+/// An operation on symbolic numbers of one or two words; the bits of its result are computed from the bits of the
+/// numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Function {
     /// The product of two numbers.
@@ -27,7 +28,7 @@ pub enum Function {
     Moved(ShiftKind),
     /// BCD (four digits a word) to binary.
     FromDecimal,
-    /// Binary to BCD; any value for more than 9999 in a word.
+    /// Binary to BCD, four digits a word; any value for numbers above 9999 (one word) or 99999999 (two words).
     ToDecimal,
 }
 
@@ -40,9 +41,9 @@ pub enum ShiftKind {
     Right,
     /// Arithmetic shift right; copies of the sign bit come in.
     SignedRight,
-    /// Rotates left.
+    /// Rotate left; the bits that leave come in at the right.
     RoundLeft,
-    /// Rotates right.
+    /// Rotate right; the bits that leave come in at the left.
     RoundRight,
 }
 

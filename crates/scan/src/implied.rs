@@ -82,8 +82,8 @@ impl Implications {
         self.parts.contains(&part) || self.always.as_ref().is_some_and(|always| always.has(part))
     }
 
-    /// A word that has the same value wherever the condition holds, with the outer if-then-else removed where the
-    /// condition decides it; a constant if the value is known.
+    /// A word that has the same value wherever the condition of these implications holds, with the outer if-then-else
+    /// removed where the condition decides it; a constant if the value is known.
     pub fn word_within(&self, circuit: &Circuit, words: &mut Words, word: Word) -> Word {
         let single = |(low, high): (u16, u16)| (low == high).then_some(low);
         if let Some(value) = self.word(word).as_constant() {
@@ -106,8 +106,9 @@ impl Implications {
         }
     }
 
-    /// A word that has the same value wherever the condition holds, without the if-then-else branches that are not
-    /// taken there; at most [`MAX_REMOVED`] are examined. `known` caches results for this condition.
+    /// A word that has the same value wherever the condition of these implications holds, without the if-then-else
+    /// branches that are not taken there; at most [`MAX_REMOVED`] are examined. `known` caches results for this
+    /// condition.
     pub fn simplified(
         &self,
         circuit: &Circuit,
@@ -152,8 +153,9 @@ impl Implications {
         (found, whole)
     }
 
-    /// The values that a word can have where the condition holds, each with the literal that says whether the word has
-    /// it. `None` if it is computed from a word whose values are not listed here, or if there are more than `most`.
+    /// The values that a word can have where the condition of these implications holds, each with the literal that says
+    /// whether the word has it. `None` if there are more than `most`, if too many parts would have to be examined, or
+    /// if the word is computed from one whose values are not listed here.
     pub fn possible_values(
         &self,
         circuit: &mut Circuit,
@@ -281,8 +283,8 @@ impl Implications {
         }
     }
 
-    /// An interval that contains the values of a word where the condition holds. `spans` has intervals that hold in
-    /// every scan.
+    /// An interval that contains the values of a word where the condition of these implications holds. `spans` has
+    /// intervals that hold in every scan.
     pub fn span(
         &self,
         circuit: &Circuit,
@@ -353,19 +355,21 @@ impl Implications {
         found.meet(known)
     }
 
-    /// The unsigned range (inclusive) of a free word where the condition holds.
+    /// The unsigned range (inclusive) of a free word where the condition of these implications holds.
     pub fn range(&self, word: VarId) -> (u16, u16) {
         let (low, high) = self.ranges.get(&word).copied().unwrap_or((0, u16::MAX));
         let always = self.always.as_ref().map_or((0, u16::MAX), |always| always.range(word));
         (low.max(always.0), high.min(always.1))
     }
 
-    /// Whether the literal is known to be true where the condition holds. `false` may also mean that it is unknown.
+    /// Whether the literal is known to be true where the condition of these implications holds. `false` may also mean
+    /// that it is unknown.
     pub fn holds(&self, circuit: &Circuit, words: &Words, lit: Lit) -> bool {
         self.certain_value(circuit, words, lit) == Some(true)
     }
 
-    /// The value of a literal where the condition holds, from the cache or computed; `None` if it is not determined.
+    /// The value of a literal where the condition of these implications holds, from the cache or computed; `None` if it
+    /// is not determined.
     fn certain_value(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Option<bool> {
         if let Some(&known) = self.asked.borrow().get(&lit) {
             return known;
@@ -375,7 +379,8 @@ impl Implications {
         value
     }
 
-    /// The value of a literal under the condition; `None` if the condition does not determine it.
+    /// The value of a literal where the condition of these implications holds; `None` if the condition does not
+    /// determine it, or if that would need more than `depth` levels of gates.
     fn value(&self, circuit: &Circuit, words: &Words, lit: Lit, depth: u32) -> Option<bool> {
         if lit.is_constant() {
             return Some(lit == Lit::TRUE);
@@ -420,7 +425,7 @@ impl Implications {
         value.map(|value| value != lit.is_negated())
     }
 
-    /// A literal that has the same value wherever the condition holds; simpler if possible.
+    /// A literal that has the same value wherever the condition of these implications holds; simpler if possible.
     pub fn within(&self, circuit: &Circuit, words: &Words, lit: Lit) -> Lit {
         let mut lit = lit;
         for _ in 0..MAX_CHOICES {

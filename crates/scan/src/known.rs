@@ -29,7 +29,8 @@ pub(super) struct KnownChoices {
     /// The choices with which the current instruction havocs: the choice, the guard of the havoc, and the part of the
     /// guard under which no result was computed or observed, so that the havoc remains necessary.
     pub(super) written: Vec<(ChoiceId, Lit, Lit)>,
-    /// The choice of the current indexed write, and the ranges of cells that this write may reach (`None`: unknown).
+    /// The choice of the indexed write that the current instruction executes, and the ranges of cells that this write
+    /// may reach (inner `None`: unknown). `None` while the instruction has executed no indexed write.
     pub(super) reach: Option<(ChoiceId, Option<Stretches>)>,
     /// The value of `Logic::Condition` for the current instruction: the rung's result, together with the conditions of
     /// the open master control regions where they matter. It does not say whether the instruction is reached or fires.
@@ -40,7 +41,7 @@ pub(super) struct KnownChoices {
     /// The guard for which implications were computed last, and what it implies. Used again while `reached` is this
     /// guard. `None` if none were computed yet.
     pub(super) implied: Option<(Lit, Implications)>,
-    /// What the constraints imply, which hold in every scan.
+    /// What the constraints imply; it is true in every scan.
     pub(super) always: Rc<Implications>,
     /// The intervals of words that are valid in every scan, as far as computed.
     pub(super) spans: Intervals,

@@ -48,7 +48,7 @@ use word::Word;
 const MAX_EXECUTED: usize = 10_000_000;
 
 /// Executes one scan of the program symbolically, into a model for upper bounds ([`Purpose::UpperBound`]), without size
-/// limits and without observed results. `times` has one entry for each instruction.
+/// limits and without results of real runs ([`Knowledge`]). `times` has one entry for each instruction.
 ///
 /// # Errors
 /// If there are too many executions, a time overflows, or the program is not well formed.
@@ -85,8 +85,8 @@ pub fn scan_model_with_knowledge(
     Ok(run(program, settings, None, |_| ())?.0)
 }
 
-/// The model for upper bounds, without observed results, and for each of `bits` the literal that says whether it is on
-/// at the end of the scan, after the interrupts.
+/// The model for upper bounds, without results of real runs, and for each of `bits` the literal that says whether it is
+/// on at the end of the scan, after the interrupts.
 ///
 /// # Errors
 /// As for [`scan_model_within`].
@@ -189,7 +189,8 @@ fn run<T>(
     Err(ScanError::TooLarge { instruction, costly: run.costly })
 }
 
-/// For each choice, whether some instruction reads it as a word. All others are single bits.
+/// For each choice, whether an instruction, an operation or the condition of an operation error reads it as a word. All
+/// others are single bits.
 fn word_choices(program: &Program) -> Vec<bool> {
     let mut words = vec![false; program.choices as usize];
     for kind in program.kinds.values() {
@@ -571,8 +572,8 @@ impl Run<'_> {
     }
 }
 
-/// Whether the step needs no result of a rung: it starts a rung, or its `fires` does not mention [`Logic::Condition`].
-/// Such a step may follow paths whose stacks differ.
+/// Whether the step needs no result of a rung: it starts a rung, its `fires` does not mention [`Logic::Condition`], or
+/// it has no `fires` and does not use the stack. Such a step may follow paths whose stacks differ.
 fn needs_no_result(step: &Step) -> bool {
     match step {
         Step::Logic { join, .. } => *join == Join::Start,

@@ -92,7 +92,7 @@ impl<'p> Memory<'p> {
         (variable, kind)
     }
 
-    /// Whether an instruction reads the choice as a word, and not only as a bit.
+    /// Whether an instruction, an operation or an error condition reads the choice as a word, and not only as a bit.
     pub fn is_word_choice(&self, choice: ChoiceId) -> bool {
         self.word_choices[choice.0 as usize]
     }

@@ -145,7 +145,8 @@ impl<'p> Run<'p> {
     }
 
     /// The ranges of cells that an indexed write may reach, each with its first index and its number of cells. `None`
-    /// if the index or the length is unknown, or in an interrupt routine.
+    /// if the index or the length is unknown, if a cell would have a negative index or one that does not fit into 32
+    /// bits, or in an interrupt routine.
     fn reach(&mut self, indexed: &IndexedWrite, at: usize) -> Option<Vec<(u32, u32)>> {
         if self.interrupts() {
             return None;
@@ -198,7 +199,7 @@ impl<'p> Run<'p> {
     }
 
     /// The results of an operation, each a list of words, and the literal that says whether they are defined. `None` if
-    /// the inputs are not known well enough, or the operation is not supported.
+    /// the inputs are not known well enough, if the operation is not supported, or in an interrupt routine.
     fn execute_operation(
         &mut self,
         choice: ChoiceId,
@@ -283,7 +284,7 @@ impl<'p> Run<'p> {
     }
 
     /// The words of an operand, and the literal that says whether they are valid. `None` if something besides the
-    /// program may change it in mid-scan, it is longer than [`MAX_WORDS`], or its address is unknown.
+    /// program may change it in mid-scan, it is longer than [`MAX_WORDS`], or its address or length is unknown.
     fn operand(
         &mut self,
         operand: &OperationInput,
@@ -358,7 +359,7 @@ impl<'p> Run<'p> {
 
     /// The possible locations of a list of `count` words at an address, each with the literal that says whether it is
     /// the actual one; and the literal that says whether one of them is. `None` if the address is unknown, or has a
-    /// value outside its ranges.
+    /// value outside its ranges, or `count` is more than [`MAX_WORDS`].
     fn locations(
         &mut self,
         address: &Address,

@@ -13,8 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// `Step::Save` saved results.
 #[derive(Debug, Clone, Default)]
 pub(super) struct RungResults {
-    /// The stack, with the newest result last. `None` after paths with different stack depths have joined: nothing may
-    /// be read until the next rung starts.
+    /// The stack, with the newest result last. `None` after paths with different stack depths have joined, after a loop
+    /// whose iterations may differ in number, and after a summary: nothing may be read until the next rung starts.
     pub(super) stack: Option<Vec<Lit>>,
     pub(super) slots: BTreeMap<u32, Lit>,
 }
@@ -40,7 +40,7 @@ pub(super) struct OpenRegion {
 
 /// One execution of a routine, from its call to its return.
 pub(super) struct Activation {
-    /// The literal that says whether control is at the current instruction.
+    /// The literal that says whether control reaches the current instruction.
     pub(super) active: Lit,
     pub(super) results: RungResults,
     /// The open master control regions, outermost first; there may be thousands.

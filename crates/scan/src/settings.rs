@@ -16,7 +16,9 @@ pub enum ScanError {
         instruction: usize,
     },
     /// Calls and loops execute an instruction so often that its time overflows.
-    #[error("calls and loops execute this instruction more often than can be counted")]
+    #[error(
+        "calls and loops execute this instruction so often that its number of executions or its time is too large"
+    )]
     CostOverflow {
         /// The instruction whose number of executions or cost overflows.
         instruction: usize,
@@ -24,7 +26,7 @@ pub enum ScanError {
     /// The whole model exceeds [`SizeLimits::in_all`], or a query on words was given up because it exceeded
     /// [`SizeLimits::per_execution`]. It may fit if everything that the costly instructions read is replaced by any
     /// values ([`scan_model_fitted`](crate::size_limits::scan_model_fitted)).
-    #[error("the program's computed values are too complex")]
+    #[error("the program's computed values are too complex to follow")]
     TooLarge {
         /// The instruction at which the whole model exceeded its limit. If only single executions were too large, the
         /// costly instruction with the smallest index (0 if there is none).
@@ -41,7 +43,9 @@ pub enum ScanError {
     /// An instruction reads a result of the rung that does not exist, or that depends on the path: a stack with too few
     /// results or of unknown depth, or a slot that not every path saved. The front accepted something that is not a
     /// rung.
-    #[error("the rung's result depends on the path by which control came here")]
+    #[error(
+        "this instruction reads a result of the rung that does not exist, or that depends on the path by which control came here"
+    )]
     NoResult {
         /// The instruction that reads the result.
         instruction: usize,
@@ -90,7 +94,7 @@ pub(super) struct ScanSettings<'p> {
 }
 
 impl<'p> ScanSettings<'p> {
-    /// Parameters for upper bounds, without observed results.
+    /// Parameters for upper bounds, without results of real runs.
     pub(super) fn of_upper_bounds(
         times: &'p [Times],
         limits: &'p SizeLimits<'p>,

@@ -54,7 +54,8 @@ impl Carry {
     pub const ALWAYS: Carry = Carry(1);
 }
 
-/// A question about a word or a carry whose answer is a literal.
+/// A question about a word or a carry: whether the word is in a range, its bits, or whether the carry is 1. The answer
+/// is one literal, or sixteen for bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Query {
     Range(Range),

@@ -9,7 +9,7 @@ use scanbound_ir::{Cell, ChoiceId, IndexedWrite, Region};
 use scanbound_model::{Origin, UnknownWrite, VarId};
 use std::collections::BTreeSet;
 
-/// A write whose index may range over at least this many values counts as a write to an unknown target.
+/// A write whose index may range over about this many values or more counts as a write to an unknown target.
 const WIDE: i64 = 1000;
 /// The largest number of parts of words that are examined to find on what an index depends.
 const MAX_PARTS: usize = 500;

@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Violation {
     /// The scan writes a value outside its range into a trusted word; the number is its index in
-    /// [`Program::trusted_ranges`]. Every write counts, because after a power failure in mid-scan a latched word keeps
-    /// the value that it had then.
+    /// [`Program::trusted_ranges`] (in a check of candidates, the index of the candidate). Every write counts, because
+    /// after a power failure in mid-scan a latched word keeps the value that it had then.
     Word(usize),
     /// The scan ends with all of these bits on, although they are mutually exclusive.
     All(Vec<BitTarget>),

@@ -27,8 +27,8 @@ pub struct Words {
     pub allowance: usize,
     /// The steps that all queries have taken so far.
     pub spent: usize,
-    /// The number of queries that were given up because they exceeded the allowed work. Their answers are arbitrary, so
-    /// the model must be discarded.
+    /// The number of free bits in place of the answers of queries that were given up, because they exceeded the allowed
+    /// steps. If it is not 0, the model must be discarded.
     pub given_up: u32,
 }
 
@@ -183,7 +183,7 @@ impl Words {
         self.shared(Node::Bits(number))
     }
 
-    /// The word's value if it is constant.
+    /// The word's value if it is a constant; `None` for all other words, even if they can have only one value.
     pub fn as_constant(&self, word: Word) -> Option<u16> {
         match self.node(word) {
             Node::Const(value) => Some(value),

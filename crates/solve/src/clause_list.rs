@@ -12,8 +12,9 @@ impl ClauseList {
     /// Adds a clause.
     pub fn push(&mut self, clause: impl IntoIterator<Item = i32>) {
         self.literals.extend(clause);
-        self.ends
-            .push(u32::try_from(self.literals.len()).expect("literals are counted in 32 bits"));
+        self.ends.push(
+            u32::try_from(self.literals.len()).expect("the number of literals must fit in 32 bits"),
+        );
     }
 
     /// All clauses in order of insertion.

@@ -13,11 +13,12 @@ pub struct Clauses {
     pub variables: usize,
     /// The clauses.
     pub clauses: ClauseList,
-    /// For each clause, the variable that it helps to define.
+    /// For each clause, the variable that it helps to define; for a constraint, the variable of its literal (1 if the
+    /// constraint is constant false).
     pub owners: Vec<i32>,
     /// The literal of the guard of each item of the problem, in the order of the items.
     pub items: Vec<i32>,
-    /// The literal of each node of the circuit; 0 if it has no variable.
+    /// The variable of each node of the circuit; 0 if it has none.
     nodes: Vec<i32>,
     /// The variables of atoms, ascending, with their atoms.
     pub atoms: Vec<(i32, Atom)>,
@@ -119,7 +120,7 @@ impl Clauses {
 
     fn variable(&mut self) -> i32 {
         self.variables += 1;
-        i32::try_from(self.variables).expect("a problem's variables are counted in 31 bits")
+        i32::try_from(self.variables).expect("the number of variables must fit in 31 bits")
     }
 
     fn and(&mut self, inputs: &[i32]) -> i32 {

@@ -3,13 +3,14 @@
 use rustc_hash::FxHashMap;
 use scanbound_model::{Circuit, Lit, Node};
 
-/// Copies parts of one source circuit.
+/// Copies parts of one source circuit into another circuit, each node once.
 pub struct Cone<'a> {
     source: &'a Circuit,
     known: Copied,
 }
 
-/// The nodes that have been copied. Many groups have only a few nodes, one has most of the circuit.
+/// The nodes that have been copied, each with the literal of its copy. Many groups have only a few nodes, one has most
+/// of the circuit.
 enum Copied {
     /// A hash map by node.
     Few(FxHashMap<usize, Lit>),

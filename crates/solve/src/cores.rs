@@ -41,7 +41,7 @@ const SMALLEST: usize = 300;
 /// The number of mode bits that are tried with both values when the partitions' best scans are combined to one scan.
 const MODES: usize = 16;
 
-/// The largest number of conflicts of a query that counts as easy.
+/// The largest number of conflicts of a query before a solver that branches on all variables takes over.
 const EASY: u64 = 300;
 
 const SIZES: Sizes = Sizes {

@@ -12,7 +12,8 @@ use std::cmp::Reverse;
 /// is no explanation.
 const EFFORT: u64 = 10_000;
 
-/// Finds out why charges of a group do not have their largest times in a scan: which other charges exclude that.
+/// Finds out why charges of a group do not have their largest times in a scan: which other charges exclude that by
+/// having theirs.
 pub struct Exclusions<'a> {
     problem: Problem,
     subset_search: SubsetSearch<'a>,
@@ -75,8 +76,8 @@ impl<'a> SubsetSearch<'a> {
         SubsetSearch { oracle, guards: clauses.items }
     }
 
-    /// A minimal subset of `running` (true items, heaviest first) that together exclude the item `missing`. `None` if
-    /// they do not exclude it, or a query takes too long.
+    /// A minimal subset of `running` (true items, heaviest first) that together exclude the item `missing`. Empty if
+    /// the item alone is impossible. `None` if they do not exclude it, or a query takes too long.
     fn reason(&mut self, missing: usize, running: &[usize]) -> Option<Vec<usize>> {
         if !self.conflict(missing, running)? {
             return None;

@@ -90,8 +90,9 @@ pub fn certificate(
     text
 }
 
-/// A decision problem in SMT-LIB 2: can any of the group's charges be reached? `head` is the comment at the top, line
-/// by line; `charge` describes a charge. The answer `unsat` confirms that none can.
+/// A decision problem in SMT-LIB 2: can any of the group's charges be reached? Each must have an on-time and an
+/// off-time that are equal and not 0. `head` is the comment at the top, line by line; `charge` describes a charge. The
+/// answer `unsat` confirms that none can.
 #[must_use]
 pub fn never(
     model: &ScanModel,
@@ -146,7 +147,7 @@ pub fn attained(
     text
 }
 
-/// Defines `total`, the cost of the group.
+/// Defines `total`, the cost of the group in picoseconds.
 fn total(text: &mut String, problem: &Problem, charge: &dyn Fn(usize) -> String) {
     text.push_str("(define-fun total () Int (+\n");
     line(text, format_args!("  {} ; always", problem.constant));

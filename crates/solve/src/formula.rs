@@ -3,7 +3,7 @@
 use super::clauses::Clauses;
 use super::oracle::Oracle;
 
-/// Clauses with their positions in the order of execution.
+/// Clauses of a search, each with its position in the order of execution.
 ///
 /// The position of a clause is the variable that it helps to define; a clause that a search adds has the position of
 /// the thing for which it was added. So the clauses in one partition of the program can be examined alone. What they
@@ -81,13 +81,13 @@ impl Formula {
 
     /// All variables.
     pub fn variables(&self) -> impl Iterator<Item = i32> + use<> {
-        1..=i32::try_from(self.variables).expect("variables are counted in 31 bits")
+        1..=i32::try_from(self.variables).expect("the number of variables must fit in 31 bits")
     }
 
     /// Adds a variable, to be defined by further clauses.
     pub fn new_variable(&mut self) -> i32 {
         self.variables += 1;
-        i32::try_from(self.variables).expect("variables are counted in 31 bits")
+        i32::try_from(self.variables).expect("the number of variables must fit in 31 bits")
     }
 
     /// Adds a clause that helps to define an added variable.
@@ -168,7 +168,7 @@ impl Formula {
 
 /// Stores an index in 32 bits, because there are very many clauses.
 fn small(number: usize) -> u32 {
-    u32::try_from(number).expect("literals are counted in 32 bits")
+    u32::try_from(number).expect("the number of literals must fit in 32 bits")
 }
 
 /// A renumbering of the variables that a partition has added.
@@ -185,7 +185,7 @@ impl Renumbering {
         if literal.unsigned_abs() as usize <= self.shared {
             return literal;
         }
-        let by = i32::try_from(self.by).expect("variables are counted in 31 bits");
+        let by = i32::try_from(self.by).expect("the number of variables must fit in 31 bits");
         literal + literal.signum() * by
     }
 }

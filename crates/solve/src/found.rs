@@ -18,7 +18,7 @@ pub enum Engine {
 pub struct Maximum {
     /// The upper bound: in no scan do the group's charges take more.
     pub upper: Picos,
-    /// The lower bound: the time of the group's charges under `best`.
+    /// The lower bound: the time of the group's charges under `best`; 0 if not `feasible`.
     pub lower: Picos,
     /// The best assignment found, for the variables on which the group's time and constraints depend.
     pub best: GroupAssignment,

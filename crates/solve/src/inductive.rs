@@ -135,7 +135,8 @@ impl<'a> InductiveSearch<'a> {
         let tied = tied(model);
         let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
-        let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
+        let variables =
+            i32::try_from(clauses.variables).expect("the number of variables must fit in 31 bits");
         let random = Pcg64Mcg::seed_from_u64(1);
         InductiveSearch {
             model,

@@ -9,14 +9,15 @@ use std::time::Instant;
 pub struct Limits<'a> {
     /// The time at which to stop with what is proved; `None`: no deadline.
     pub deadline: Option<Instant>,
-    /// Called regularly; if it returns true, the search stops as at the deadline.
+    /// Called regularly; if it returns true, the search stops as at the deadline. The short search by subsets of a
+    /// small group asks only at its beginning.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called with the upper and the lower bound of the group each time that one of them becomes better.
     pub progress: &'a (dyn Fn(Picos, Picos) + Sync),
     /// Whether to record the steps of the search in [`Maximum::trace`](crate::Maximum::trace).
     pub trace: bool,
-    /// The largest number of solver decisions. [`maxima`](fn@crate::maxima) gives each group as many as are left here.
-    /// `None` if unlimited.
+    /// The largest number of solver decisions, counted approximately. [`maxima`](fn@crate::maxima) gives each group as
+    /// many as are left here. `None` if unlimited.
     pub decisions: Option<&'a Decisions>,
 }
 

@@ -7,7 +7,7 @@ pub enum Opinion {
     Confirmed,
     /// The group has too many charges or circuit nodes to check.
     TooLarge,
-    /// Z3 found no answer within its effort limit or the time limit.
+    /// Z3 found no answer within its effort limit or the time limit, or was not asked because the limits were reached.
     RanOut,
     /// This build does not include Z3 (feature `z3`).
     NoSolver,

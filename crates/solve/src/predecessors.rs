@@ -14,10 +14,11 @@ use scanbound_model::{Lit, ScanModel, VarId};
 
 /// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
-/// The most queries for one state.
+/// The most queries for one state, besides those of [`SMALLER`] and those whether the first scan of a run leaves a
+/// state.
 const QUERIES: usize = 128;
-/// The most queries that make an excluded part of a state smaller. Each is much shorter than the search for another
-/// scan, which a larger part makes necessary more often.
+/// The most queries by which one excluded part of a state is made smaller. Each is much shorter than the search for
+/// another scan, which a larger part makes necessary more often.
 const SMALLER: usize = 512;
 
 /// Values of some bits: indices into the list of bits, each with its value.
@@ -31,7 +32,8 @@ pub enum StartState {
     MayOccur,
     /// No scan starts in the state: these values, which are a part of the state, occur at the start of no scan.
     Excluded(State),
-    /// The limits ended the search before this was decided.
+    /// The search ended before this was decided: at its largest number of queries, at a query that took too long, or at
+    /// the limits.
     Undecided,
 }
 
@@ -94,7 +96,8 @@ impl<'a> Predecessors<'a> {
         let literals = nodes.into_iter().zip(clauses.items.iter().copied()).collect();
         let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
-        let variables = i32::try_from(clauses.variables).expect("variables are counted in 31 bits");
+        let variables =
+            i32::try_from(clauses.variables).expect("the number of variables must fit in 31 bits");
         Predecessors { bits, literals, oracle, limits, variables, queries: 0 }
     }
 

@@ -223,7 +223,7 @@ impl Propagator {
     pub fn assume(&mut self, literal: i32) -> Option<Vec<i32>> {
         self.reserve(literal.unsigned_abs() as usize);
         // Removing the assumption of an assigned literal would remove the assignment, too.
-        debug_assert_eq!(self.value(literal), 0, "only an unassigned literal is assumed");
+        debug_assert_eq!(self.value(literal), 0, "a literal must be unassigned when it is assumed");
         self.limits.push(self.trail.len());
         self.set(literal, Reason::None);
         let (first, reason) = self.propagate()?;

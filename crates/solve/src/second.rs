@@ -26,7 +26,7 @@ const MAXIMUM_EFFORT: u32 = 20_000_000;
 /// than the upper bound.
 ///
 /// # Errors
-/// If Z3 contradicts the maximum; the text says how.
+/// If Z3 contradicts the maximum, or does not confirm that `best` is possible; the text says how.
 pub fn second_opinion(
     model: &ScanModel,
     group: &Group,

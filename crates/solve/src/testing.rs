@@ -145,8 +145,8 @@ pub fn random(seed: u64, charges: u64) -> ScanModel {
     b.model
 }
 
-/// The maximum over all assignments that satisfy the constraints. For a word, one value of each class that the
-/// circuit's atoms distinguish is tried.
+/// The maximum over all assignments that satisfy the constraints; `None` if there is no such assignment. For a word,
+/// one value of each class that the circuit's atoms distinguish is tried.
 pub fn brute(model: &ScanModel, group: &Group) -> Option<Picos> {
     use scanbound_model::Node;
     let values = |variable: usize| -> Vec<u16> {
@@ -240,7 +240,7 @@ pub fn equals_brute(method: Method, seed: u64, charges: u64) {
 
 /// The condition under which a charge of a station fires.
 struct Rule {
-    /// The required step number.
+    /// The required step number; `None` if the step does not matter.
     step: Option<u16>,
     /// Bits of the station, as indices, with their required values.
     bits: Vec<(usize, bool)>,

@@ -22,7 +22,8 @@ pub enum Step {
     Asked {
         /// The items, ascending.
         items: Vec<usize>,
-        /// The cost if these items are true: their weights and the constant part of the group.
+        /// The cost if these items are true and no others: their weights and the constant cost of the group, minus what
+        /// is deducted for units.
         total: Picos,
         /// Whether the items can be true together.
         together: bool,
@@ -72,7 +73,7 @@ impl Trace {
         }
     }
 
-    /// Appends the steps of another search.
+    /// Appends the steps of another search; those beyond 5,000 are only counted.
     pub fn append(&mut self, other: Trace) {
         self.left_out += other.left_out;
         other.steps.into_iter().for_each(|step| self.push(step));

@@ -10,8 +10,9 @@ use std::collections::BTreeSet;
 /// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
 
-/// The charges of a group (indices into [`ScanModel::charges`]) that are proved unreachable. The others may be
-/// reachable or not: a query may take too long, or the limits may end the search.
+/// The charges of a group (indices into [`ScanModel::charges`]) that are proved to take no time in any scan. If neither
+/// of a charge's two times is 0, this means that no scan reaches it. The others may be reachable or not: a query may
+/// take too long, or the limits may end the search.
 #[must_use]
 pub fn unreachable_charges(
     model: &ScanModel,

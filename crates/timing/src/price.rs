@@ -34,8 +34,8 @@ pub struct Price {
     pub on: Picos,
     /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
-    /// A lower bound on the on-time: with no units, if their number is unknown or is read from words. Otherwise equal
-    /// to `on`.
+    /// A lower bound on the on-time: without the time of units and of operands (`@+` rows), if the number of units is
+    /// unknown or is read from words. Otherwise equal to `on`.
     pub least: Picos,
     /// A lower bound on the off-time: as `least` if the off-time equals the on-time, otherwise equal to `off`.
     pub least_off: Picos,
@@ -70,21 +70,21 @@ pub struct Prices {
     pub points: Vec<UnstatedPoints>,
     /// Inputs or outputs for which the base units are not stated.
     pub bases: Vec<UnstatedBase>,
-    /// The devices that a network refreshes and the program uses, if neither the table nor the user gives a time for
-    /// the refresh.
+    /// The devices that a network refreshes and the program uses, and a station that it accesses, if neither the table
+    /// nor the user gives a time for the refresh.
     pub networks: Vec<NetworkUse>,
 }
 
 impl Prices {
     /// The on-time, off-time and time per unit of each instruction, parallel to `instructions`. For an instruction
-    /// whose units words count, the on-time is without units.
+    /// whose units words count, the on-time is without units. Zero for an instruction that takes no time.
     #[must_use]
     pub fn times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.base, off: price.off, per_unit: price.per_unit })
     }
 
-    /// Lower bounds on the times of each instruction, parallel to `instructions`. For an unknown number of units, no
-    /// units are counted.
+    /// Lower bounds on the times of each instruction, parallel to `instructions`. If the number of units is unknown or
+    /// read from words, the on-time is without units. The time per unit is that of [`Prices::times`].
     #[must_use]
     pub fn least_times(&self) -> Vec<Times> {
         self.each(|price| Times { on: price.least, off: price.least_off, per_unit: price.per_unit })
@@ -95,8 +95,8 @@ impl Prices {
         self.instructions.iter().map(|price| times(price).unwrap_or_default()).collect()
     }
 
-    /// The time that the refresh takes longer if it is of all points that the CPU can have, for inputs and outputs
-    /// whose number is not stated.
+    /// The additional time if all points that the CPU can have are refreshed, for inputs and outputs whose number is
+    /// not stated. Where the table does not give the largest number, nothing is added.
     #[must_use]
     pub fn more_points(&self) -> Picos {
         more_points(&self.points)
@@ -120,7 +120,7 @@ impl Prices {
 pub enum NoPrice {
     /// Neither the instruction nor its class has a row, but the instruction needs one.
     Missing,
-    /// Neither the instruction nor its class has a row, and the instruction takes no time (a label).
+    /// No name of the instruction has a row, and it does not need one: it takes no time (a label).
     Free,
     /// The time exceeds the largest time that can be represented.
     TooLarge,
@@ -140,7 +140,8 @@ const WORD_BIT: &str = "WORDBIT";
 /// Prices every instruction and the overhead of a scan.
 ///
 /// # Errors
-/// Every instruction that has no time, each with its line.
+/// Every instruction that has no time, each with its line. If there is none: base units in the facts for which the
+/// table has no times, or overhead that is too large.
 pub fn price(program: &Program, table: &Table, facts: &Facts) -> Result<Prices, Vec<Diagnostic>> {
     let tag = |area: &Area| {
         Some(folded(&area.name).into_owned()).filter(|tag| table.row(&format!("@+{tag}")).is_some())
@@ -340,9 +341,10 @@ fn with_extras<'a>(
 struct Sum<'a> {
     on: u128,
     off: u128,
-    /// The part of the on-time that is proportional to the number of units.
+    /// The part of the on-time that a smaller number of units can reduce: the time of the units, and what `@+` rows add
+    /// for operands.
     counted: u128,
-    /// The part of `counted` for one unit.
+    /// The time of one unit, added up over the rows.
     per_unit: u128,
     /// The number of units in the on-time.
     units: u64,
@@ -445,7 +447,7 @@ impl<'a> Sum<'a> {
     }
 }
 
-/// The number of units of an instruction; 1 if it has no units.
+/// The number of units of an instruction, or the largest possible one if it is not fixed; 1 if it has no units.
 fn units(units: &Units) -> u64 {
     match units {
         Units::None => 1,
@@ -454,7 +456,7 @@ fn units(units: &Units) -> u64 {
     }
 }
 
-/// The part of a row name after the colon, such as `T` of `OUT:T`. `None` without a colon.
+/// The part of a row name after the colon in upper case, such as `T` of `OUT:T`. `None` without a colon.
 fn variant(name: &str) -> Option<String> {
     name.split_once(':').map(|(_, variant)| folded(variant).into_owned())
 }

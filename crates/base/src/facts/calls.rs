@@ -15,7 +15,7 @@ pub struct StatedCall {
 }
 
 /// Normalises a routine's name: removes what may be written in several ways (letter case, blanks, leading zeros of the
-/// number, function codes). A program's name may precede it (`SUB:P10`).
+/// number, function codes). `SBN(092) 010` becomes `SBN10`. A program's name may precede it (`SUB:P10`).
 #[must_use]
 pub fn normalized(name: &str) -> String {
     let joined = |text: &str| text.split_whitespace().collect::<String>().to_uppercase();
@@ -82,7 +82,7 @@ mod tests {
                 (5, "'write' is not a key of a routine in [calls]"),
                 (6, "writes of P5 must be a list of devices"),
                 (7, "the time of the routine P06 must be at most 10 s, in quotes with its unit"),
-                (8, "P7 and P07 are the same routine"),
+                (8, "[calls] states the same routine twice, as P7 and as P07"),
             ]
         );
         assert!(faults[3].help.starts_with("did you mean writes?"));

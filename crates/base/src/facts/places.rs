@@ -48,7 +48,8 @@ impl FactPositions {
         }
     }
 
-    /// Forgets the position of a fact, because another source (such as the command line) now states the fact.
+    /// Forgets the position of a fact (letter case of the key does not matter), because another source (such as the
+    /// command line) now states the fact.
     pub(super) fn forget(&mut self, table: &str, key: &str) {
         if let Some(facts) = self.facts.get_mut(table) {
             facts.retain(|known, _| !known.eq_ignore_ascii_case(key));
@@ -75,7 +76,8 @@ impl FactPositions {
         }
     }
 
-    /// An error at a byte range of the facts file.
+    /// An error at a byte range of the facts file. If the range goes over several lines, only its part of the first
+    /// line is marked.
     pub(super) fn at(
         &self,
         code: Code,
@@ -100,7 +102,8 @@ impl FactPositions {
 /// The largest number of bytes that are shown of a line on either side of an error.
 const SHOWN: usize = 200;
 
-/// The part of a line around byte `at`, and the offset at which this part begins.
+/// The part of the line `text` with up to [`SHOWN`] bytes, and the rest of a character, on either side of byte `at`.
+/// The number is the offset in the line at which this part begins.
 fn excerpt(text: &str, at: usize) -> (usize, &str) {
     let at = at.min(text.len());
     let from = (0..=at.saturating_sub(SHOWN)).rev().find(|&from| text.is_char_boundary(from));

@@ -44,14 +44,14 @@ const MAX_FAULTS: usize = 100;
 const LONGEST: Picos = Picos(10_000_000_000_000);
 /// The longest watchdog time, and the longest constant scan time, that is accepted: 60 s.
 const LONGEST_CYCLE: Picos = Picos(60_000_000_000_000);
-/// The largest factor on the scan time that is accepted, in millionths: 10.
+/// The largest factor on the scan time that is accepted: 10, in millionths.
 const LARGEST_FACTOR: u64 = 10_000_000;
 
 impl Facts {
     /// Reads a facts file in TOML. `name` is the file's name in error messages.
     ///
     /// # Errors
-    /// All errors of the file, up to a limit.
+    /// All errors of the file, sorted by line. Beyond 100, the further ones are only counted.
     ///
     /// # Examples
     /// ```
@@ -87,7 +87,7 @@ impl Facts {
                     reader.fault(Some(key.span()), format!("'{name}' must be a table"), FORM);
                 }
                 _ => {
-                    let message = format!("a facts file has no table [{name}]");
+                    let message = format!("[{name}] is not a table of a facts file");
                     reader.fault(Some(key.span()), message, &help_for_unknown(name, &TABLES, FORM));
                 }
             }
@@ -169,7 +169,8 @@ impl Reader<'_> {
         let call = StatedCall { name: name.to_owned(), time, writes };
         let first = self.facts.calls.insert(normalized(name), call);
         if let Some(first) = first {
-            let message = format!("{name} and {} are the same routine", first.name);
+            let message =
+                format!("[calls] states the same routine twice, as {name} and as {}", first.name);
             self.fault(Some(value.span()), message, "state the facts of each routine once");
         }
     }
@@ -374,7 +375,11 @@ impl Reader<'_> {
         let text = |one: &Value<'_>| Some(one.get_ref().as_str()?.to_owned());
         let devices = value.get_ref().as_array().and_then(|all| all.iter().map(text).collect());
         if devices.is_none() {
-            self.fault(Some(value.span()), "devices must be a list of devices".to_owned(), help);
+            self.fault(
+                Some(value.span()),
+                "'devices' must be a list of device names in quotes".to_owned(),
+                help,
+            );
         }
         devices
     }
@@ -533,7 +538,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads the constant scan time or the watchdog time, by `name`.
+    /// Reads the time of the key `name` in `[scan]`: `constant` (the constant scan time, or "none") or `watchdog`.
     fn scan_time(&mut self, name: &str, value: &Value<'_>) {
         let text = value.get_ref().as_str().map_or("", str::trim);
         let is_none = name == "constant" && text.eq_ignore_ascii_case("none");
@@ -553,7 +558,7 @@ impl Reader<'_> {
     }
 
     fn unknown(&mut self, key: &Key<'_>, table: &str, help: &str) {
-        let message = format!("[{table}] has no key '{}'", key.get_ref());
+        let message = format!("[{table}] cannot have a key '{}'", key.get_ref());
         self.fault(Some(key.span()), message, help);
     }
 
@@ -715,11 +720,11 @@ mod tests {
         assert_eq!(
             told,
             [
-                (Some(1), "a facts file has no table [speed]"),
+                (Some(1), "[speed] is not a table of a facts file"),
                 (Some(3), "the range of D1 is empty: 3 is above 1"),
                 (Some(4), "the range of D2 must be two integers: [min, max]"),
                 (Some(6), "the number of interrupts of I0 must be a whole number from 0 on"),
-                (Some(8), "[io] has no key 'modules'"),
+                (Some(8), "[io] cannot have a key 'modules'"),
                 (Some(9), "latched in [io] must be true or false"),
             ]
         );

@@ -23,7 +23,7 @@ pub enum BitPlace {
 /// The place that a word operand writes.
 #[derive(Debug, Clone)]
 pub enum WordPlace {
-    /// The operand writes these words.
+    /// These words, the lowest first.
     All(Vec<WordTarget>),
     /// Words of this region, but it is unknown which ones.
     Somewhere(Region),
@@ -123,7 +123,8 @@ impl Lowering<'_> {
         name == "R" && self.modes.switches_file_register
     }
 
-    /// The value of a bit operand when it is read; of timers and counters it is the contact. Reports an error and
+    /// The value of a bit operand when it is read; of timers and counters it is the contact. If the bit is unknown or
+    /// changes without the program, it is a new choice, and an over-approximation is recorded. Reports an error and
     /// returns `None` if the operand is not a bit.
     pub fn read_bit(&mut self, text: &str) -> Option<Logic> {
         let device = self.device(text)?;
@@ -230,7 +231,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// The words of a numeric operand (device, digit designation or constant), the lowest first. Reports an error and
+    /// The words of a numeric operand (device, digit designation or constant), the lowest first. Words that are unknown
+    /// or change without the program are new choices, and an over-approximation is recorded. Reports an error and
     /// returns `None` if the operand is invalid or too large for `words` words.
     pub fn read_words(&mut self, text: &str, words: usize) -> Option<Vec<WordSource>> {
         let operand = self.operand(text)?;

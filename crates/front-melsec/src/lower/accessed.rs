@@ -11,7 +11,8 @@ use crate::resolve::Category;
 use crate::source::RawInstruction;
 use scanbound_ir::{AccessedDevices, AreaId, Cell, Region, TimingKey};
 
-/// The largest number of bits of words that is charged for one operand, if its length is unknown.
+/// The largest number of accesses to bits of words (`D0.3`) that is counted for one operand; more only result from an
+/// unknown length.
 const MAX_WORD_BITS: u32 = 65_536;
 /// The number of words that hold an indirect address.
 const ADDRESS_WORDS: u32 = 2;
@@ -87,8 +88,8 @@ impl Lowering<'_> {
             .collect()
     }
 
-    /// The number of units of an extent, and whether they are words. If the number is unknown it is [`REST`]; the time
-    /// then depends on the instruction's own units.
+    /// The number of units of an extent, and whether they are words. If the number is unknown it is [`REST`]; twice the
+    /// units of the instruction, but at least 8, are then charged.
     fn units_of(&self, raw: &RawInstruction, extent: Extent) -> (u32, bool) {
         let counted = |operand: usize| {
             let count = raw.operands.get(operand).and_then(|text| self.constant(text));

@@ -24,7 +24,8 @@ use scanbound_ir::{
 const MAX_WORDS: u32 = 512;
 
 impl Lowering<'_> {
-    /// Lowers an instruction that only the timing table knows: it may write any of its operands.
+    /// Lowers an instruction that only the timing table knows: when it fires, each device that an operand names may get
+    /// any value.
     pub(super) fn user(&mut self, raw: &RawInstruction) {
         self.output_here(&raw.mnemonic);
         let mut effects = Vec::new();
@@ -109,8 +110,8 @@ impl Lowering<'_> {
         self.havoc_on_overflow();
     }
 
-    /// Whether every source operand can be read and every destination is a device; reports an error if not. Addresses
-    /// are not checked.
+    /// Whether every source operand is valid and every destination is a device (in a dedicated instruction: is valid);
+    /// reports an error if not. Addresses are not checked.
     fn sources_are_read(&mut self, raw: &RawInstruction, entry: &Entry) -> bool {
         let mut fine = true;
         for (text, operand) in raw.operands.iter().zip(&entry.operands) {
@@ -473,8 +474,8 @@ impl Lowering<'_> {
         self.regions(text, count).unwrap_or_default()
     }
 
-    /// Writes of zero to `count` devices, which are bits for a bit of a word. `None` if there are too many to model, or
-    /// if devices of this form are not modelled.
+    /// Writes of zero to `count` devices from this one on; from a bit of a word on, to `count` bits. `None` if there
+    /// are more than 512, or if devices of this form are not modelled.
     fn cleared(&mut self, place: Place, count: i64) -> Option<Vec<Effect>> {
         let count = u32::try_from(count).ok().filter(|&count| count <= MAX_WORDS)?;
         let bit = |area, n| {

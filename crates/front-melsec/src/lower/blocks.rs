@@ -1,5 +1,5 @@
-//! Block instructions: shifts by one place, element-wise arithmetic, comparisons with three result bits. They are exact
-//! if the cells are known.
+//! Block instructions: shifts by one place, element-wise arithmetic and comparisons; also stores of a constant text,
+//! and comparisons with three result bits. They are exact if the cells are known.
 //!
 //! Methods that return `Option<Option<_>>` give `None` after an error that they have reported, and `Some(None)` where
 //! the effects are not modelled exactly; the caller then lets everything that the instruction writes have any value.

@@ -38,8 +38,8 @@ impl Lowering<'_> {
         }
     }
 
-    /// A new choice whose value the operation computes. If the CPU stops at operation errors, the error of invalid
-    /// inputs is noted for the current instruction.
+    /// A new choice whose value the operation computes. If the CPU stops at operation errors, the condition under which
+    /// the operation refuses its inputs is noted for the current instruction.
     pub(super) fn define(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
@@ -49,8 +49,9 @@ impl Lowering<'_> {
         choice
     }
 
-    /// Two new choices for a timer whose coil is on: whether its time has passed, and its present value. The elapsed
-    /// time is external; `unit` is the time of one count. `ran` is `None` for a retentive timer.
+    /// Two new choices for a timer whose coil is on: whether its time has passed, and its present value. Something
+    /// outside the program determines how much time has passed; `unit` is the time of one count. `ran` is the bit of
+    /// [`Timed::ran`](crate::memory::Timed::ran), `None` for a retentive timer.
     pub(super) fn elapsed(
         &mut self,
         (ran, contact, value): (Option<Cell>, Cell, Cell),

@@ -71,9 +71,9 @@ impl Lowering<'_> {
         Some(self.free_bit())
     }
 
-    /// The comparison of a string with a constant. They are equal if their words are equal: two characters a word, the
-    /// first in the low byte, and a zero byte at the end. Other comparisons of strings are not computed and may be true
-    /// or false. `None` after an error that was reported.
+    /// The comparison, for equal or not equal, of a string with a constant. They are equal if their words are equal:
+    /// two characters a word, the first in the low byte, and a zero byte at the end. Other comparisons of strings are
+    /// not computed and may be true or false. `None` after an error that was reported.
     fn compared_text(
         &mut self,
         raw: &RawInstruction,

@@ -78,7 +78,7 @@ impl Lowering<'_> {
         let (fires, effects) = match mnemonic {
             "JMP" if !self.may_be_held_off() => (Logic::Const(true), Vec::new()),
             "JMP" => {
-                self.approximate("JMP is within a master control region: the bound covers both cases, with and without the jump");
+                self.approximate("JMP is within a master control region or a step ladder state: the bound covers both cases, with and without the jump");
                 (self.free_bit(), Vec::new())
             }
             "SCJ" => {

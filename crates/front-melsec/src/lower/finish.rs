@@ -12,8 +12,8 @@ impl Lowering<'_> {
     ///
     /// # Errors
     ///
-    /// If any diagnostic is an error: all diagnostics of all files, warnings included. Errors in the facts are added
-    /// only if the files have none.
+    /// If any diagnostic is an error: the diagnostics of all files, warnings included, of each file at most 50 errors
+    /// and 50 warnings. Errors in the facts are reported only if the files have none.
     pub(crate) fn finish(mut self) -> Result<Program, Vec<Diagnostic>> {
         if !self.faults.iter().any(Faults::any_error) {
             self.connect();

@@ -16,9 +16,10 @@ use scanbound_ir::meaning::{
 };
 use scanbound_ir::{BitSource, BitTarget, Cell, Number, WordSource, WordTarget};
 
-/// The largest number of elements of a block whose exact meaning is modelled.
+/// The largest number of elements of a block whose exact meaning is modelled on Q, L and iQ-R.
 const MAX_ELEMENTS: u32 = 0x7FFF;
-/// The largest number of elements of the FX instructions whose exact meaning is modelled.
+/// As [`MAX_ELEMENTS`], on the FX and FX5; on all families, the largest number of bytes that an instruction splits off
+/// or combines.
 const FX_MAX: u32 = 512;
 /// The largest exponent of DECO and ENCO: 2^8 bits.
 const MAX_EXPONENT: i64 = 8;

@@ -140,7 +140,7 @@ impl<'a> Lowering<'a> {
         let text = format!("{} on standby", self.resolved.project.files[file].program);
         self.out.at(place, text.into(), Arc::default());
         self.approximate(
-            "instructions start or stop this program: the bound covers scans in which the program runs and scans in which it does not",
+            "instructions call, start or stop this program: the bound covers scans in which the program runs and scans in which it does not",
         );
         let fires = self.free_bit();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });

@@ -130,8 +130,8 @@ impl Lowering<'_> {
         })
     }
 
-    /// Adds a timing table row, tried first, for special relays of the FX (`M8000` and above), which take longer than
-    /// ordinary relays.
+    /// For special relays of the FX (`M8000` and above), which take longer than ordinary relays: adds the name of their
+    /// timing table row (`OUT:special`), which is tried first.
     fn add_special_row(&self, key: &mut TimingKey, text: &str) {
         let number = text.strip_prefix(['M', 'm']).and_then(|digits| digits.parse::<u32>().ok());
         if self.family == Family::Fx && number.is_some_and(|number| number >= 8000) {

@@ -16,7 +16,7 @@ use std::ops::RangeInclusive;
 
 /// The numbers of the special registers of the FX that are its index registers: Z0 and V0, then Z1 to V7.
 pub(super) const INDEX_REGISTERS: [RangeInclusive<u32>; 2] = [8028..=8029, 8182..=8195];
-/// The largest number of errors that are listed; more are only counted.
+/// If so many errors are listed, further errors in stated ranges are only counted.
 const MAX_FAULTS: usize = 100;
 
 /// The regions that may change if the device or device range that `text` names is written. `None` if `text` names none;
@@ -124,7 +124,7 @@ impl Lowering<'_> {
     }
 
     /// The smallest and largest count in an operand, and whether it is a constant. For any other operand it is 0 to
-    /// `largest`, which is recorded as an over-approximation; later analysis narrows it.
+    /// `largest`, which is recorded as an over-approximation; later analysis may find a smaller count.
     pub fn count_range(&mut self, text: &str, largest: i64) -> (i64, i64, bool) {
         if let Some(value) = self.constant(text) {
             return (value, value, true);
@@ -146,7 +146,8 @@ impl Lowering<'_> {
 
     /// Adds the stated ranges of words as constraints on the start of the scan. Returns the errors in these facts: a
     /// text that is not a word, a range that could mean one word or two, and wrong devices among those of indirect
-    /// access and missing routines. Of the errors in ranges at most about 100 are listed.
+    /// access and missing routines. Errors in ranges are listed only until the list has 100 entries; the others are
+    /// counted.
     pub(super) fn start_ranges(&mut self) -> Vec<Diagnostic> {
         let facts = self.options.facts;
         let mut faults = absent::faults(facts, |text| written(text, self.family, false));
@@ -175,8 +176,10 @@ impl Lowering<'_> {
                 None => fault(
                     text,
                     Part::Key,
-                    format!("'{text}' has a stated range, but is not a word"),
-                    "write the word as in the program, such as D100",
+                    format!(
+                        "'{text}' has a stated range, but is not a word whose range can be stated"
+                    ),
+                    "write a word device without an index, such as D100: ranges of bits and special registers cannot be stated",
                 ),
                 // The range could be of one unsigned word or of two signed ones.
                 Some(_) if !wide && high > 0x7FFF => fault(

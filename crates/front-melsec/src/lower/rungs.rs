@@ -274,7 +274,8 @@ impl Lowering<'_> {
 }
 
 impl Lowering<'_> {
-    /// The result of the rung, or possibly false where it is true, as in an inactive master control region.
+    /// An expression for the result of the rung that may also be false where the result is true, as in an inactive
+    /// master control region. Adds an instruction without a time, on which the expression depends.
     fn result_or_off(&mut self) -> Logic {
         let within = self.memory();
         let acts = Step::Act { fires: Logic::Const(true) };

@@ -23,7 +23,8 @@ const CONSTANT: u32 = 8039;
 const INDEX_AREAS: [AreaId; 2] = [area("Z"), area("V index ")];
 
 /// How the CPUs of a family can change the limits of their scan time: the devices for watchdog time, constant scan time
-/// and the relay that enables it. Q, L and iQ-R have no such devices (empty names).
+/// and the relay that enables it (empty names on Q, L and iQ-R, which have none), and whether CPU parameters set a
+/// constant scan (all but the FX).
 pub(super) fn of_family(family: Family) -> ScanControl {
     let devices = match family {
         Family::Fx => ["D8000", "D8039", "M8039"],

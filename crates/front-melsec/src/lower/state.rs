@@ -33,7 +33,7 @@ pub struct Lowering<'a> {
     pub(super) current: CurrentInstruction<'a>,
     /// The rung that is being lowered.
     pub(super) rung: RungState,
-    /// The hidden bits that remember conditions for edges.
+    /// The number of hidden bits that instructions use, and the instructions that act on edges.
     pub(super) edges: Edges,
     /// The regions that may be written through indirect addresses (`@D0`), if the facts state them. `None`: every
     /// device.
@@ -264,7 +264,8 @@ pub fn timing(
     TimingKey { names, class, units, use_larger_time, optional: false, accessed: touched }
 }
 
-/// The timing key of a control instruction, which consists only of its name.
+/// The timing key of a control instruction: its time is looked up by the mnemonic alone, then by `class`. For an
+/// instruction that always acts, the larger of the two times counts.
 pub fn key(mnemonic: &str, class: &'static str) -> TimingKey {
     // These always fire, so the table may give two times; the larger one counts.
     let use_larger_time = matches!(class, "nothing" | "loop")

@@ -40,8 +40,8 @@ pub(super) fn written(item: &Item<'_>) -> Vec<Device> {
     operands.filter_map(device).collect()
 }
 
-/// The largest number of successive devices that an instruction may write, beginning at one of its operands; at most
-/// [`LONGEST_BLOCK`].
+/// The largest number of successive devices that an instruction may write, beginning at one of its operands, from 1 to
+/// [`LONGEST_BLOCK`]; 512 is assumed for user-defined and unknown instructions.
 pub(super) fn block_length(item: &Item<'_>, family: Family) -> u32 {
     let most = match unpulsed(&item.name) {
         // A larger count in a word is an operation error; what an instruction of the user's writes is assumed.
@@ -52,8 +52,9 @@ pub(super) fn block_length(item: &Item<'_>, family: Family) -> u32 {
     known_length(item).map_or(most, |length| length.clamp(1, LONGEST_BLOCK))
 }
 
-/// The largest number of successive devices that an instruction writes, beginning at one of its operands; 1 if the
-/// catalog does not list what it writes. `None` if the number is unknown.
+/// The largest number of successive devices that an instruction writes, beginning at one of its operands; 1 for coils
+/// and others that are lowered without the catalog. `None` if a word or the end of an area decides the number, and for
+/// user-defined and unknown instructions.
 pub(super) fn known_length(item: &Item<'_>) -> Option<u32> {
     let found = match &item.category {
         Category::Listed(found) => found,

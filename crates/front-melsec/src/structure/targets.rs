@@ -106,7 +106,8 @@ impl Checker<'_, '_> {
         self.transfers.extend(transfers);
     }
 
-    /// Reports each transfer that jumps back, into a loop, or into or out of a master control region.
+    /// Reports each transfer that jumps back, into a loop, or into or out of a master control region or step ladder
+    /// state.
     pub(super) fn check_jumps(&mut self) {
         let begins = self.structure.parts.iter();
         let loops: Vec<(usize, usize)> = begins
@@ -140,8 +141,8 @@ impl Checker<'_, '_> {
             }
         }
     }
-    /// Reports each called routine and each interrupt program that has no return instruction at its end, or whose jumps
-    /// may skip all of them.
+    /// Reports each called routine and each interrupt program that no return instruction follows, or whose jumps may
+    /// skip every return instruction.
     pub(super) fn check_routines(&mut self) {
         let extents = Extents::new(&self.structure, &self.transfers);
         let mut calls: BTreeMap<usize, usize> = BTreeMap::new();

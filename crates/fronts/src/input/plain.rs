@@ -30,7 +30,8 @@ const ENDINGS: [&str; 47] = [
     "mp4", "lnk", "url", "wcnf", "smt2", "dot", "gv", "jsonl",
 ];
 
-/// The first column of label tables that tools export with programs, without blanks and in lower case.
+/// The headings of the column with the names in label tables that tools export with programs, without blanks and in
+/// lower case.
 const LABEL_HEADS: [&str; 6] = ["labelname", "ラベル名", "标签名", "標籤名", "라벨명", "레이블명"];
 
 /// The first words of scanbound's reports in text.

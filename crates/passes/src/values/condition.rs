@@ -11,7 +11,7 @@ const MAX_LITERALS: usize = 24;
 /// of the word, which has another stamp.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WordFact {
-    /// The slot of the word.
+    /// The slot of the word: its index among the tracked words.
     pub slot: usize,
     /// Identifies the write that gave the word this value.
     pub stamp: u32,
@@ -23,7 +23,7 @@ pub struct WordFact {
 /// of a contact or comparison at its last execution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Literal {
-    /// The bit's slot; `None` for the result of a contact or comparison.
+    /// The bit's slot, its index among the tracked bits; `None` for the result of a contact or comparison.
     pub bit: Option<usize>,
     /// Identifies the write of the bit, or the execution of the contact or comparison.
     pub stamp: u32,

@@ -22,7 +22,7 @@ pub struct Evaluation<'a> {
     pub state: &'a State,
     /// Literals that are assumed to be true where the expressions are evaluated.
     pub holds: &'a [Literal],
-    /// The last stamp that was used.
+    /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
     pub stamp: &'a Shared<u32>,
 }
 

@@ -174,7 +174,8 @@ impl Integers {
         Integers::progression(low, high, step as i64)
     }
 
-    /// The results of a function on all pairs of numbers; `None` if there are more than 1,024 pairs.
+    /// The results of a function on all pairs of numbers; `None` if a set has too many numbers to be listed, or there
+    /// are more than 1,024 pairs.
     fn each_pair(&self, other: &Integers, of: impl Fn(i64, i64) -> i64) -> Option<Integers> {
         let (a, b) = (self.some.as_ref()?, other.some.as_ref()?);
         if a.len() * b.len() > MAX_EXACT * MAX_EXACT / 4 {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The numbers to which growing words are widened, in ascending order.
 pub struct WideningLimits {
-    /// For each slot: the constants with which its word is compared, and their neighbours.
+    /// For each tracked word, by its slot: the constants with which the word is compared, and their neighbours.
     by_slot: BTreeMap<usize, Vec<i64>>,
     /// All constants of the program, as signed numbers, and the neighbours of those in comparisons.
     all: Vec<i64>,

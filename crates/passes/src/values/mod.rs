@@ -230,7 +230,8 @@ fn keeps(program: &Program, slots: &Slots, written: &[Option<Value>]) -> BTreeSe
     internal.into_iter().map(|range| range.cells[0]).filter(|cell| !other(cell)).collect()
 }
 
-/// Whether no other writer has a reason to write a cell, and its value at power-up is known.
+/// Whether nothing but the program is known to write a cell (it is no input, not volatile, not external, and refreshed
+/// by no network unless the user states it as internal), and its value at power-up is known.
 ///
 /// Cells that may change at any moment are excluded here, although no bound could rely on them: every read of them
 /// gives any value (`passes::interrupts`).
@@ -240,8 +241,7 @@ pub fn has_no_other_writer(program: &Program, cell: Cell) -> bool {
     is_unwritten_elsewhere(program, cell) && !program.power_up.inputs.iter().any(holds)
 }
 
-/// Whether no other writer has a reason to write a cell that is known not to be an input, and its value at power-up is
-/// known.
+/// As [`has_no_other_writer`], for a cell that is known not to be an input.
 #[must_use]
 pub fn is_unwritten_elsewhere(program: &Program, cell: Cell) -> bool {
     let holds = |region: &Region| region.contains(cell);

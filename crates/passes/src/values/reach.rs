@@ -50,8 +50,9 @@ impl Reach {
         self.last + (self.length - 1)
     }
 
-    /// A set of ranges that includes the cells of both: one set if its cells lie between the ends of the other,
-    /// otherwise the range that both have in common. `self` if they have none.
+    /// A set of ranges that includes every cell which is in both sets: the set that lies between the ends of the other
+    /// (if both do, the one with more ranges); otherwise, without gaps, the range between the larger first and the
+    /// smaller last cell. `self` if that range is empty.
     pub fn meet(self, other: Reach) -> Reach {
         let is_within = |one: Reach, of: Reach| of.first <= one.first && one.end() <= of.end();
         match (is_within(self, other), is_within(other, self)) {

@@ -76,7 +76,8 @@ pub struct NotAnalysed;
 struct Activation {
     state: Option<State>,
     stack: Vec<Condition>,
-    /// Whether the depth of the stack is unknown, because paths with different depths have joined.
+    /// Whether the depth of the stack is unknown, because paths with different depths have joined, or because an
+    /// iteration of a loop has begun or ended.
     lost: bool,
     slots: BTreeMap<u32, Condition>,
     /// The open master control regions: the level of each, and the conjunction of the conditions of all regions so far.
@@ -123,7 +124,7 @@ pub struct Run<'p> {
     pub written: Vec<Option<Value>>,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
-    /// The last stamp that was used.
+    /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
     stamp: Shared<u32>,
     /// The number of instructions executed.
     pub work: u64,

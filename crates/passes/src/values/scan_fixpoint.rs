@@ -22,11 +22,11 @@ const MAX_REDUCING: u64 = 300_000;
 /// A fixpoint over scans: values of the trusted words that hold whenever a scan starts, and the limits that follow.
 #[derive(Default)]
 pub struct Fixpoint {
-    /// The slots of the trusted words about which something is known.
+    /// The trusted words about which something is known, by slot (index among the tracked words).
     pub trusted: Vec<usize>,
     /// The limits of iterations, units and indexed writes that hold in all scans.
     pub found: CountLimits,
-    /// For each slot, the values of its word at the start of every scan.
+    /// For each tracked word, by slot: its values at the start of every scan.
     pub start: Vec<Value>,
     /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
@@ -44,14 +44,15 @@ pub struct ScanFixpoint<'a> {
     pub followed: &'a Tracked,
     /// For each slot, the values that its word may have at the start of a scan, whoever wrote it.
     pub free: &'a [Value],
-    /// The slots of those words without another writer that the program writes in every scan.
+    /// The words, by slot, that no other writer is assumed to write and that the program writes in every scan.
     pub always: Vec<usize>,
     /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
 }
 
 impl ScanFixpoint<'_> {
-    /// The fixpoint if the words in these slots are trusted. `None` if it takes too long, or a scan has no end.
+    /// The fixpoint if the words in these slots are trusted. `None` if no fixpoint is found within the limits, or if a
+    /// scan has no end or cannot be analysed.
     ///
     /// A word that is not written in every scan and never changes its value from power-up must have another writer. It
     /// is removed from the trusted words, which may affect others.

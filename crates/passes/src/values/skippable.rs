@@ -41,7 +41,9 @@ fn starts(instruction: &Instruction) -> bool {
     matches!(instruction.step, Step::Logic { join: Join::Start, .. })
 }
 
-/// The instructions to which control can come from an instruction that is not the previous one.
+/// The targets of jumps and calls, the first instructions of main and interrupt routines, and the instructions after
+/// main routines: to these, control may come from elsewhere than the previous instruction. Loops are not included,
+/// because their first and last instructions are never skipped.
 fn entries(program: &Program) -> FxHashSet<usize> {
     let targets = program.instructions.iter().filter_map(|one| match &one.step {
         Step::Jump { target, .. } | Step::Call { target, .. } => Some(*target),

@@ -9,7 +9,7 @@ use scanbound_ir::{
     WordTarget, Write, flow,
 };
 
-/// For an indexed read, at most this many words from the base on are relevant.
+/// For an indexed read, only words among this many from the base on are relevant.
 const NEXT: u32 = 32;
 
 /// The relevant words in ascending order: those that give counts, units or indices or have a stated range, and those

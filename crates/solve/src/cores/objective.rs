@@ -55,8 +55,8 @@ impl Objective {
         }
     }
 
-    /// The weight of the cores found since the last call, in picoseconds. Every scan loses at least this weight, so the
-    /// bound falls by it.
+    /// The weight that every scan loses by what was found since the last call (cores, slices, literals whose negations
+    /// have weights), in picoseconds. The bound falls by it.
     pub fn take_falsified(&mut self) -> u64 {
         std::mem::take(&mut self.falsified)
     }
@@ -72,8 +72,8 @@ impl Objective {
         all.take_while(move |&(_, weight)| weight >= least)
     }
 
-    /// The weight at which the next stratum ends: that of its lightest soft literals. `None` if no soft literal is
-    /// lighter than `least`.
+    /// The weight at which the stratum below `least` ends: that of its lightest soft literals. `None` if no soft
+    /// literal is lighter than `least`.
     pub fn next_stratum(&self, least: u64) -> Option<u64> {
         let below = (Reverse(least.checked_sub(1)?), 0, i32::MIN);
         let weights = || self.order.range(below..).map(|&(Reverse(weight), ..)| weight);
@@ -203,7 +203,7 @@ impl Objective {
         Some(-more)
     }
 
-    /// The position of a soft literal in the order of execution.
+    /// The position of a soft literal in the order of execution; it decides to which partition the literal belongs.
     fn position(&self, literal: i32) -> usize {
         let variable = literal.unsigned_abs() as usize;
         if variable <= self.circuit {

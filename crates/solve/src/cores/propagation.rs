@@ -50,7 +50,7 @@ struct Pivot {
     against: u64,
 }
 
-/// Soft literals, heaviest first, then by variable.
+/// Soft literals as a queue, with their weights: heaviest first, then by variable.
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl PartitionSearch<'_, '_> {

@@ -24,7 +24,7 @@ struct Slice {
 /// The slices found for some soft literals, in the order in which they are to be applied.
 #[derive(Default)]
 pub struct Slices {
-    /// The soft literals that cannot be true.
+    /// The soft literals that are false in every scan that the trail allows.
     never: Vec<i32>,
     slices: Vec<Slice>,
     /// By how much the slices and the literals in `never` lower the bound, in picoseconds.
@@ -129,7 +129,8 @@ impl ExclusionTable {
     }
 
     /// The members of the next slice: the literal that excludes most others, and of these the ones that exclude each
-    /// other and mostly the same literals. `None` if no two literals exclude each other.
+    /// other and mostly the same literals. `None` if no two literals exclude each other, or there are already as many
+    /// slices as soft literals.
     fn next(&self) -> Option<Vec<usize>> {
         if self.weights.len() >= 2 * self.softs {
             return None;

@@ -102,8 +102,8 @@ pub fn known_length(count: u32) -> u32 {
     if count > MAX_CELLS { 1 } else { count }
 }
 
-/// Whether the region `named` by an instruction certainly has a cell in the region `cells` of a network. A region whose
-/// place is unknown does not count.
+/// Whether the region `named` by an instruction certainly has a cell in the region `cells` of a network. A `named`
+/// region whose place within its area is unknown counts only if `cells` is the whole area.
 fn meet(cells: Region, named: Region) -> bool {
     match (cells, named) {
         (Region::Area(area), Region::Area(other)) => area == other,

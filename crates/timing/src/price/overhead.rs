@@ -22,7 +22,7 @@ pub struct OverheadTerm {
 pub(super) fn charged(table: &Table, row: &Row, times: u64) -> Result<Picos, Vec<Diagnostic>> {
     let time = row.on.0.checked_mul(times).and_then(|time| table.scaled(Picos(time)));
     time.ok_or_else(|| {
-        let message = format!("the time of {} is too large", row.name);
+        let message = format!("the time of {} in one scan is too large", row.name);
         let help = "check the times in the table";
         vec![Diagnostic::file(Code::NoTime, &row.table, message, help)]
     })

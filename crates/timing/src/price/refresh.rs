@@ -19,7 +19,7 @@ pub struct UnstatedPoints {
     pub taken: u32,
     /// The refresh time that was charged for the `taken` points.
     pub time: Picos,
-    /// The largest additional time for sixteen more points.
+    /// The refresh time of sixteen points alone: the most that sixteen more points can add.
     pub sixteen: Picos,
     /// The additional time of the refresh if the user stated a number of points but no base unit: the points may then
     /// be on several base units, and the slowest distribution is charged.
@@ -51,8 +51,8 @@ pub fn more_points(unstated: &[UnstatedPoints]) -> Picos {
     unstated.iter().filter_map(|points| points.most.as_ref()).map(|most| most.more).sum()
 }
 
-/// The refresh time that was charged and may not occur: that of points whose number is not stated, and the difference
-/// between the slowest and the fastest base unit.
+/// The refresh time that was charged and may not occur: that of points whose number is not stated; and where it is
+/// stated but the base units are not, the difference between the slowest and the fastest base unit.
 #[must_use]
 pub fn uncertain_refresh(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) -> Picos {
     let is_stated = |base: &&UnstatedBase| unstated.iter().all(|points| points.side != base.side);
@@ -60,7 +60,8 @@ pub fn uncertain_refresh(unstated: &[UnstatedPoints], bases: &[UnstatedBase]) ->
     unstated.iter().map(|points| points.time).chain(bases).sum()
 }
 
-/// Inputs or outputs for which the kind of base unit is not stated. The slowest base unit is charged.
+/// Inputs or outputs for which the kind of base unit is not stated, although it matters: the slowest one is charged,
+/// and the table has a faster one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnstatedBase {
     /// `input` or `output`.
@@ -344,7 +345,7 @@ fn check_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
         let message = format!("the table {} has no times for the base '{base}'", table.name);
         let help = match known.is_empty() {
             true => {
-                "the times in this table are the same for all base units: remove base from [io] in the facts file"
+                "the times in this table are the same for all base units: name no base unit under [io] in the facts file"
                     .to_owned()
             }
             false => format!("it has {names}"),
@@ -369,8 +370,9 @@ fn check_bases(table: &Table, facts: &Facts) -> Result<(), Vec<Diagnostic>> {
 /// The largest number of wrong base units of a side that are reported.
 const MAX_LISTED: usize = 100;
 
-/// The number of points that the program uses, within those that the CPU can have, and how it was determined. Points
-/// above that belong to a network.
+/// The number of points that is charged if the user states none, and how it was determined. It is the number that the
+/// front counted, otherwise the number up to the highest input or output that the program names, rounded up to a
+/// multiple of 16. It is never more than the CPU can have: points above that belong to a network.
 #[must_use]
 pub fn own_points(
     program: &Program,

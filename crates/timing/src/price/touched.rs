@@ -30,7 +30,8 @@ pub struct OfArea {
     pub area: AreaId,
     /// The number of cells. A cell that is mentioned twice counts twice.
     pub count: u64,
-    /// The highest index among the cells that the instruction certainly names. `None` if it names only the area.
+    /// The highest index among the cells that the instruction certainly names. `None` if it names only the area, not a
+    /// place in it.
     pub highest: Option<u32>,
 }
 

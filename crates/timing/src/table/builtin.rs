@@ -39,8 +39,8 @@ fn table(index: usize) -> Option<&'static Table> {
     TABLES[index].get_or_init(read).as_ref()
 }
 
-/// The second fields of the rows whose line begins with `row`, from a built-in table's text. Much faster than parsing
-/// the table.
+/// The second fields of the rows that begin with `row` (a line break, a name and a comma: `"\n@cpu,"`), from a built-in
+/// table's text. Much faster than parsing the table.
 fn cells<'a>(text: &'a str, row: &'a str) -> impl Iterator<Item = &'a str> {
     text.split(row).skip(1).map(|rest| rest.split([',', '\n']).next().unwrap_or_default().trim())
 }
@@ -67,7 +67,7 @@ const MAX_SIMILAR: usize = 4;
 pub struct TableSummary {
     /// The name that `--table` takes.
     pub name: &'static str,
-    /// The title, one line.
+    /// The title of the table, one line.
     pub title: String,
     /// The names of the CPUs for which the table is.
     pub cpus: Vec<String>,
@@ -81,7 +81,8 @@ pub fn names() -> Vec<&'static str> {
     FILES.iter().map(|(name, _)| *name).collect()
 }
 
-/// The names of the built-in tables, each with the date of its last change as the table states it.
+/// The names of the built-in tables, each with the date of its last change as the table states it; empty if it states
+/// none.
 pub fn dates() -> impl Iterator<Item = (&'static str, &'static str)> {
     let dated = |&(name, text): &(&'static str, &'static str)| {
         (name, cells(text, "\n@date,").next().unwrap_or_default())
@@ -124,7 +125,7 @@ impl Table {
     }
 
     /// The name of the built-in table for a CPU as a source file names it. If the name means several CPUs (`Q02(H)`),
-    /// the table of the slowest. `None` if no table is for this CPU.
+    /// the table of the slowest, by the on-time of MOV. `None` if no table is for this CPU.
     #[must_use]
     pub fn for_cpu(cpu: &str) -> Option<&'static str> {
         let possible = possible_cpus(cpu);

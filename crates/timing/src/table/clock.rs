@@ -35,7 +35,7 @@ impl FromStr for StatedClock {
         }
         let fault = || {
             format!(
-                "'{text}' is not a clock: give a frequency (30.3kHz), a period (33us), fast or slow"
+                "'{text}' is not a clock: give a frequency (30.3kHz), a period (33us) of at most 10 s, fast or slow"
             )
         };
         let period = match text.strip_suffix("Hz") {
@@ -81,8 +81,8 @@ impl fmt::Display for StatedClock {
 }
 
 impl Table {
-    /// Replaces the table's clock by the stated one. A stated period is used as it is: the table's tolerance applies
-    /// only to the table's clock, so it is removed.
+    /// Replaces the table's clock by the stated one: the times of all rows but `@` rows change. A stated period is used
+    /// as it is: the table's tolerance (its factor) applies only to the table's clock, so it is removed.
     pub fn set_clock(&mut self, clock: &StatedClock) {
         let words = self.rows.iter_mut().filter(|row| !row.name.starts_with('@'));
         match clock {

@@ -102,7 +102,8 @@ pub struct Row {
     pub name: String,
     /// The on-time. For an `@` row (a class of instructions, or a part of the scan) with only one number, that number.
     pub on: Picos,
-    /// The off-time: the time if control reaches the instruction but it does not fire.
+    /// The off-time: the time if control reaches the instruction but it does not fire. Equal to `on` if the table gives
+    /// none.
     pub off: Picos,
     /// The time that is added to `on` for each unit.
     pub per_unit: Picos,
@@ -114,8 +115,8 @@ pub struct Row {
     pub source: String,
     /// The table from which the row comes. A table that amends a built-in one has rows of both.
     pub table: String,
-    /// Whether the row replaces a row of a built-in table: it is in a table that amends that one, or was given on the
-    /// command line.
+    /// Whether the user adds the row to another table: it is in a table that amends a built-in one, or was given on the
+    /// command line or in the facts. It replaces a row of the same name.
     pub amends: bool,
 }
 
@@ -154,7 +155,7 @@ pub fn taken_off(millionths: u64, time: Picos) -> Picos {
     Picos(u64::try_from(whole.div_ceil(u128::from(millionths.max(1)))).unwrap_or(time.0))
 }
 
-/// The largest number of inputs or outputs that a CPU refreshes.
+/// The largest number of inputs or outputs that a CPU can have itself. Points above it belong to a network.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MostPoints {
     /// The largest number of points.

@@ -24,7 +24,7 @@ pub struct Parsed {
 pub struct Override {
     /// The name of the table row that these times replace.
     pub name: String,
-    /// The on-time.
+    /// The on-time: the time if the instruction fires.
     pub on: Picos,
     /// The off-time: the time if control reaches the instruction but it does not fire.
     pub off: Picos,
@@ -444,7 +444,7 @@ impl<'a> Reader<'a> {
         let message = match Picos::from_us_text(cell) {
             Ok(time) if time <= LONGEST => return Ok(Some(time)),
             Ok(_) | Err(TimeError::TooLarge) => {
-                format!("{column} is {}: more than 10 s for one instruction", shown(cell))
+                format!("{column} is {}, but a time can be at most 10 s", shown(cell))
             }
             Err(TimeError::Empty) => format!("{column} is missing"),
             Err(TimeError::Negative) => {
@@ -513,8 +513,9 @@ impl<'a> Reader<'a> {
     fn text(&mut self, fields: &Fields<'_>, name: &str) {
         let text = fields.get(Column::On).to_owned();
         if text.is_empty() || !fields.get(Column::Off).is_empty() {
-            let message =
-                format!("the row {name} must have its text in the second field, and no other");
+            let message = format!(
+                "the row {name} must have a text in the column on_us, and nothing in the column off_us"
+            );
             let help = "put text that holds a comma in double quotes";
             self.fault_at(fields, Code::TableRow, name, message, help);
             return;
@@ -533,7 +534,8 @@ impl<'a> Reader<'a> {
                 self.table.family = Some(text.to_ascii_lowercase());
             }
             "@family" => {
-                let message = format!("'{}' is not the name of a CPU family", shown(&text));
+                let message =
+                    format!("'{}' is not a CPU family that scanbound knows", shown(&text));
                 let known: Vec<&str> = super::builtin::families().into_iter().collect();
                 let help = format!("families are {}", known.join(", "));
                 self.fault_at(fields, Code::TableRow, &text, message, help);

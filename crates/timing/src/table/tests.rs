@@ -65,7 +65,7 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     );
     assert_eq!(fault("@factor,0.9,"), "the factor '0.9' is not a decimal from 1 to 10");
     assert_eq!(fault("@factor,,"), "the factor '' is not a decimal from 1 to 10");
-    assert_eq!(fault("@family,s7,"), "'s7' is not the name of a CPU family");
+    assert_eq!(fault("@family,s7,"), "'s7' is not a CPU family that scanbound knows");
     assert_eq!(fault("@base,fx9,"), "there is no built-in table 'fx9' to amend");
     assert_eq!(
         fault("@max-inputs,4k,"),
@@ -84,7 +84,7 @@ fn a_faulty_row_is_told_with_its_line_and_what_to_do() {
     }
     assert_eq!(
         fault("@title,one,two"),
-        "the row @title must have its text in the second field, and no other"
+        "the row @title must have a text in the column on_us, and nothing in the column off_us"
     );
 }
 
