@@ -25,6 +25,9 @@ pub struct Chart {
     /// The Boolean variable `SFCReset`: while it is true, the chart returns to its initial state. `None` if not
     /// declared.
     pub restart: Option<VarId>,
+    /// Another variable by which CODESYS controls a chart or tells its state, such as `SFCPause`. `None` if none is
+    /// declared.
+    pub other_flag: Option<&'static str>,
 }
 
 /// The code of a step outside its action blocks (CODESYS).

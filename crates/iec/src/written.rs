@@ -166,13 +166,11 @@ impl<'d> Walk<'d, '_> {
                 self.visited.push(own);
                 Rc::new(Path::Row(self.ways(&one.inputs, depth + 1)?))
             }
-            // The expression of a connector is written once for each of its continuations. That of a block's output is
-            // the same text as the output itself.
+            // The expression of a connector is written once for each of its continuations. That of a single operand is
+            // the same text as the operand itself.
             ElementKind::Continuation(connector) => {
                 return match &self.drawing.element(*connector).inputs[..] {
-                    [only] if self.drawing.element(only.from).block().is_some() => {
-                        self.way(only, depth + 1)
-                    }
+                    [only] if self.is_operand(only.from) => self.way(only, depth + 1),
                     _ => Some(self.operand((*connector, ""))),
                 };
             }
@@ -186,6 +184,18 @@ impl<'d> Walk<'d, '_> {
             self.known.insert(id, path.clone());
         }
         Some(path)
+    }
+
+    /// Whether the expression of an element is a single operand without an edge.
+    fn is_operand(&self, id: ElementId) -> bool {
+        let one = self.drawing.element(id);
+        match (&one.kind, &one.inputs[..]) {
+            (ElementKind::Block(_) | ElementKind::In | ElementKind::InOut, _) => true,
+            (ElementKind::Contact, [only]) => {
+                one.edge.is_none() && self.drawing.element(only.from).kind == ElementKind::LeftRail
+            }
+            _ => false,
+        }
     }
 
     fn operand(&mut self, output: (ElementId, &'d str)) -> Rc<Path<'d>> {

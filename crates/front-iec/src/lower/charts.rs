@@ -13,7 +13,7 @@ use crate::assembler::{invariant, turns};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
-use scanbound_iec::chart::{Chart as Written, Qualifier};
+use scanbound_iec::chart::{Chart as Written, Feed, Qualifier};
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
@@ -139,6 +139,10 @@ impl<'t> Lower<'t> {
         let Some(memory) = self.chart_memory(at.instance, id) else {
             return self.fault(no_room(written.line));
         };
+        if let Err(fault) = has_no_other_flags(chart, written) {
+            let fault = fault.within(&self.instances[at.instance].spot.name);
+            return self.fault(fault);
+        }
         let own = Own { at, id, chart, written, memory };
         let flag = |lower: &mut Self, id| {
             let spot = lower.variable(at, id).ok()?;
@@ -428,9 +432,10 @@ impl<'t> Lower<'t> {
                 continue;
             };
             if let ExprKind::Time(time) = time.kind {
-                // Controllers differ in when a time of 0 ends, and whether it ends at all.
+                // Controllers differ in when a time of 0 ends, and whether it ends at all. On some, a time below 1 ms
+                // is 0.
                 found.push(match time {
-                    ..=0 => self.left_open(),
+                    ..1_000_000 => self.left_open(),
                     _ => Logic::Const(false),
                 });
                 continue;
@@ -456,6 +461,34 @@ impl<'t> Lower<'t> {
         self.leave(around);
         self.land(skip);
         self.landing();
+    }
+}
+
+/// Refuses a chart that declares a flag of CODESYS that is not followed, or restarts while actions are stored: whether
+/// these stay stored is not documented.
+fn has_no_other_flags(chart: &Chart, written: &Written) -> Result<(), Fault> {
+    if let Some(name) = chart.other_flag {
+        let message = format!(
+            "the flag {name} is not followed: with it, CODESYS controls the chart, or tells its state"
+        );
+        let help = format!("remove {name}; if it is a variable of your own, give it another name");
+        return Err(Fault::new(written.line, message).code(FaultCode::NotModelled).help(help));
+    }
+    let restarts = chart.halt.is_some() || chart.restart.is_some();
+    let stores = |feed: &Feed| {
+        matches!(feed.qualifier, Qualifier::S | Qualifier::Sd | Qualifier::Ds | Qualifier::Sl)
+    };
+    let names = written.actions();
+    let stored = names.iter().find(|name| written.inputs_of(name).iter().any(stores));
+    match stored.filter(|_| restarts) {
+        Some(name) => {
+            let message = format!(
+                "SFCInit or SFCReset may restart the chart while action {name} is stored; whether it stays stored is not known"
+            );
+            let help = "use the qualifier N instead of S, SD, DS or SL, or remove the flag";
+            Err(Fault::new(written.line, message).code(FaultCode::NotModelled).help(help))
+        }
+        None => Ok(()),
     }
 }
 

@@ -5,7 +5,6 @@ use super::cells::Effects;
 use super::spots::Context;
 use super::values::{is_rounded, shown, works};
 use crate::assembler::Assembler;
-use crate::assembler::numbers::row;
 use crate::assembler::open::{beyond, complement, opened, parted};
 use crate::assembler::results::crosses;
 use crate::assembler::selected::limits;
@@ -211,16 +210,10 @@ impl Lower<'_> {
                 self.cost(&["MOVE", "ST"], "move");
                 Ok(values.remove(0))
             }
-            (Function::Not, 1) => match values.remove(0) {
-                Value::Bit(logic) => {
-                    self.cost(&["NOT"], "logic");
-                    Ok(Value::Bit(logic.not()))
-                }
-                other => {
-                    self.cost(&[row(Operator::Xor, None)], "arithmetic");
-                    Ok(complement(other))
-                }
-            },
+            (Function::Not, 1) => {
+                self.cost(&["NOT"], "logic");
+                Ok(complement(values.remove(0)))
+            }
             (Function::Sel, 3) => {
                 self.cost(&["SEL"], "move");
                 let (two, one) = (values.remove(2), values.remove(1));

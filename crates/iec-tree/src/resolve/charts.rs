@@ -68,6 +68,10 @@ fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
     found
 }
 
+/// The Boolean flags of CODESYS that are not followed.
+const OTHER_FLAGS: &[&str] =
+    &["SFCTip", "SFCTipMode", "SFCPause", "SFCQuitError", "SFCError", "SFCTrans"];
+
 impl Resolver<'_> {
     pub(super) fn chart(&mut self, scope: Scope, unit: UnitId, chart: &written::Chart) -> Chart {
         let pou = &self.project.pous[unit.index()];
@@ -90,6 +94,7 @@ impl Resolver<'_> {
             orders: orders(chart, pou),
             halt: self.flag(unit, "SFCInit"),
             restart: self.flag(unit, "SFCReset"),
+            other_flag: OTHER_FLAGS.iter().copied().find(|name| self.flag(unit, name).is_some()),
         }
     }
 

@@ -93,6 +93,18 @@ impl Draft {
                 id: one.id.clone(),
             });
         }
+        let mut have_priorities = vec![None; steps.len()];
+        for one in &placed {
+            let unlike = |step: &&usize| {
+                *have_priorities[**step].get_or_insert(one.has_priority) != one.has_priority
+            };
+            if let Some(&step) = one.from.iter().find(unlike) {
+                let step = &steps[step].name;
+                let message =
+                    format!("only some of the transitions after step {step} have a priority");
+                return Err(fault(one.line, message, "give each of them a priority, or none"));
+            }
+        }
         Ok(Chart { steps, transitions: placed, macros, line, span: None })
     }
 }

@@ -1,14 +1,22 @@
 //! Rejects drawings for which text generators (Beremiz, OpenPLC) produce other code than the drawing shows.
 
 use crate::ast::{Expr, Operator};
-use crate::drawing::{Block, Connection, Drawing, Element, ElementId, ElementKind, Given};
+use crate::drawing::{
+    Block, Connection, Drawing, Element, ElementId, ElementKind, Given, InputPin,
+};
 use crate::fault::Fault;
 use scanbound_base::code::Code;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Rejects a drawing that generators do not translate as drawn.
 pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
+    let mut uses: BTreeMap<ElementId, usize> = BTreeMap::new();
     for one in &drawing.elements {
+        if let ElementKind::Continuation(connector) = one.kind {
+            *uses.entry(connector).or_default() += one.uses;
+        }
+    }
+    for (id, one) in drawing.all() {
         if let Some(from) = one.sources().find(|from| is_unclear(drawing.element(from.from), from))
         {
             let from = drawing.element(from.from).called();
@@ -26,6 +34,10 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
             let what = "generators pass its pins in the order of the file, which is not the order of their names";
             return refused(what, "draw the block anew");
         }
+        if one.block().is_some_and(takes_enable_as_operand) {
+            let what = "it has EN, but no ENO: generators make EN an operand";
+            return refused(what, "draw ENO too");
+        }
         if one.block().is_some_and(has_gap) {
             let what = "an unconnected pin stands before a connected one: generators leave it out, so that the pins behind it move up";
             return refused(what, "connect the pins of the function without a gap");
@@ -38,6 +50,13 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
                 "it is connected behind the {coil}, to which several connections lead: generators join them by AND here"
             );
             return refused(&what, "use a contact of the coil's variable in a rung of its own");
+        }
+        if one.kind == ElementKind::Connector
+            && uses.get(&id).is_some_and(|uses| *uses > 1)
+            && is_behind_edge(drawing, id)
+        {
+            let what = "a contact with an edge leads to it, and its continuations are used several times: generators detect the edge once";
+            return refused(what, "assign the value to a variable, and use that");
         }
         if is_pasted(drawing, one) {
             let what =
@@ -80,15 +99,29 @@ fn is_joining_coil(drawing: &Drawing, id: ElementId) -> bool {
     one.kind == ElementKind::Coil && one.inputs.len() > 1
 }
 
-/// Whether an extensible function has an unconnected pin before a connected one.
+/// The functions that take any number of operands. Generators pass these without names.
+const EXTENSIBLE: &[&str] = &[
+    "ADD", "MUL", "AND", "OR", "XOR", "MAX", "MIN", "MUX", "CONCAT", "GT", "GE", "EQ", "LE", "LT",
+];
+
+/// Whether an extensible function has a connected EN and no output besides its result.
+fn takes_enable_as_operand(block: &Block) -> bool {
+    let is_enable = |pin: &InputPin| {
+        pin.name.eq_ignore_ascii_case("EN") && !matches!(pin.given, Given::Nothing)
+    };
+    is_function_of(block, EXTENSIBLE)
+        && block.outputs.len() == 1
+        && block.inputs.iter().any(is_enable)
+}
+
+/// Whether a function that is called without names has an unconnected pin before a connected one. Generators name the
+/// pins only where there is another output than the result, and never those of an extensible function.
 fn has_gap(block: &Block) -> bool {
-    const FUNCTIONS: &[&str] = &[
-        "ADD", "MUL", "AND", "OR", "XOR", "MAX", "MIN", "MUX", "CONCAT", "GT", "GE", "EQ", "LE",
-        "LT",
-    ];
+    let is_named = block.outputs.len() > 1 && !is_function_of(block, EXTENSIBLE);
     let pins = block.inputs.iter().filter(|pin| !pin.name.eq_ignore_ascii_case("EN"));
     let mut given = pins.map(|pin| !matches!(pin.given, Given::Nothing));
-    is_function_of(block, FUNCTIONS)
+    block.instance.is_none()
+        && !is_named
         && given.any(|is_given| !is_given)
         && given.any(|is_given| is_given)
 }
@@ -107,6 +140,25 @@ fn is_swapped(block: &Block) -> bool {
     let pins = block.inputs.iter().filter(|pin| !pin.name.eq_ignore_ascii_case("EN"));
     let numbers: Vec<_> = pins.map(|pin| number(&pin.name)).collect();
     is_function_of(block, FUNCTIONS) && !numbers.is_sorted()
+}
+
+/// Whether a contact with an edge belongs to the expression of a connector.
+fn is_behind_edge(drawing: &Drawing, connector: ElementId) -> bool {
+    let mut seen = BTreeSet::new();
+    let mut open = vec![connector];
+    while let Some(id) = open.pop() {
+        let one = drawing.element(id);
+        let is_followed = match one.kind {
+            ElementKind::Contact if one.edge.is_some() => return true,
+            ElementKind::Contact | ElementKind::Coil | ElementKind::Connector => true,
+            ElementKind::Continuation(_) => true,
+            _ => false,
+        };
+        if is_followed {
+            open.extend(one.leading().filter(|from| seen.insert(*from)));
+        }
+    }
+    false
 }
 
 /// Whether generators write OR or XOR next to AND without parentheses for this element.

@@ -147,7 +147,7 @@ fn on_least_bases(is_less: bool) -> &'static str {
 fn verdict(audit: &Audit, check: &Check) -> Answer {
     let limit = told(check.limit);
     let most = upper(check.longest, check.limit);
-    let (none_longer, none_more, takes) = measured(check.measure);
+    let [none_longer, none_more, takes] = measured(audit, check.measure);
     let margin = |time: String| match check.margin.is_none() {
         true => String::new(),
         false => format!(" ({time} with the margin of {})", check.margin),
@@ -201,7 +201,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
                     "the bound of {most}{above}{points} is within the limit of {limit}, but may be too low"
                 ),
                 false => format!(
-                    "no scan takes longer than {most}{above}{points}, the limit is {limit}; but more of it than is allowed rests on assumed times"
+                    "{none_longer} {most}{above}{points}, the limit is {limit}; but more of it than is allowed rests on assumed times"
                 ),
             };
             Answer { style: CARE, word: "UNDECIDED", told }
@@ -222,17 +222,21 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
     }
 }
 
-/// How it is said that none is longer, and that one takes so long.
-fn measured(measure: Measure) -> (&'static str, &'static str, &'static str) {
+/// How it is said that none is longer, and that one takes so long. If there are several tasks, the task is named.
+fn measured(audit: &Audit, measure: Measure) -> [String; 3] {
+    let of = audit.tasks.first().map_or(String::new(), |task| format!(" of task {}", task.name));
     match measure {
-        Measure::Cycle | Measure::Execution => {
-            ("no scan takes longer than", "no scan takes more than", "a scan takes")
-        }
-        Measure::Stretch => (
+        Measure::Cycle | Measure::Execution => [
+            format!("no scan{of} takes longer than"),
+            format!("no scan{of} takes more than"),
+            format!("a scan{of} takes"),
+        ],
+        Measure::Stretch => [
             "the watchdog is restarted (WDT, or the end of the scan) after no more than",
             "never more than",
             "between two restarts of the watchdog pass",
-        ),
+        ]
+        .map(str::to_owned),
     }
 }
 

@@ -17,7 +17,7 @@ mod worth;
 use super::resolver::{Resolver, Scope};
 use super::statements::Labels;
 use crate::declarations::{First, Owner, VarId, Variable};
-use crate::tree::{Expr, Statement, StatementKind};
+use crate::tree::{Expr, ExprKind, Statement, StatementKind};
 use crate::types::{Type, TypeId};
 use loops::Loops;
 use orders::Order;
@@ -220,7 +220,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         let scope = self.sheet.scope;
         let kind = match latch {
-            Some(set) => self.resolver.latch(scope, target, set, &value.value(), one.line),
+            Some(set) => {
+                let kind = self.resolver.latch(scope, target, set, &value.value(), one.line);
+                match self.sheet.drawing.is_executed_as_drawn {
+                    true => kind,
+                    false => kind.and_then(|kind| self.resolver.latch_or_if(kind, one.line)),
+                }
+            }
             None => self.resolver.assign(scope, target, &value.value(), one.line),
         };
         let kind = resolved(kind.map_err(|fault| at_element(one, fault)));
@@ -230,6 +236,22 @@ impl<'d> Drawer<'_, '_, 'd> {
 }
 
 impl Resolver<'_> {
+    /// A set or reset, or the IF statement that generators write for it.
+    fn latch_or_if(&mut self, kind: StatementKind, line: u32) -> Result<StatementKind, Fault> {
+        let StatementKind::Latch(target, set, condition) = kind else { return Ok(kind) };
+        let text = target.text.clone();
+        let value = Expr { kind: ExprKind::Bool(set), ty: self.bool(), line };
+        let assigned = self.assigned(target.clone(), value, line)?;
+        let one = |kind| vec![Statement { kind, text: text.clone(), line }];
+        let generated = StatementKind::If(vec![(condition.clone(), one(assigned))], Vec::new());
+        let latch = StatementKind::Latch(target, set, condition);
+        Ok(StatementKind::Either(
+            "set and reset coils are IF statements",
+            one(generated),
+            one(latch),
+        ))
+    }
+
     /// Declares an internal variable of the method or unit, used only by a drawing.
     fn hidden_variable(&mut self, scope: Scope, name: String, ty: TypeId) -> VarId {
         let owner = match (scope.method, scope.unit) {
