@@ -712,7 +712,11 @@ fn functions_with_an_unconnected_pin_before_a_connected_one_are_refused() {
         let body = format!("<FBD>{}{drawn}{}</FBD>", wired(1, "b"), out(4, (3, "OUT"), "x"));
         project("", "b:BOOL x:BOOL", &body, "TRUE")
     };
+    let user = drawn("F", &[("u", false), ("v", true)]);
+    assert!(refusal(&user).contains("an unconnected pin stands before a connected one"));
     for of in ["AND", "OR"] {
+        let enabled = drawn(of, &[("EN", true), ("IN1", true), ("IN2", true)]);
+        assert!(refusal(&enabled).contains("it has EN, but no ENO"));
         let gap = drawn(of, &[("IN1", true), ("IN2", true), ("IN3", false), ("IN4", true)]);
         assert!(refusal(&gap).contains("an unconnected pin stands before a connected one"));
         assert!(bound(&drawn(of, &[("IN1", true), ("IN2", true), ("IN3", false)])).is_ok());
@@ -782,4 +786,34 @@ fn paths_that_fork_again_and_again_are_refused_at_once() {
     };
     assert!(bound(&chain(4)).is_ok());
     assert!(refusal(&chain(40)).contains("fork and join too often"));
+}
+
+#[test]
+fn an_edge_before_a_connector_that_is_used_several_times_is_refused() {
+    let from_connector = |id: u32| at("continuation name=\"K\"", id, &[], "");
+    let drawn = |edge: &str, uses: &[u32]| {
+        let uses: String = uses.iter().map(|id| coil(*id, 4, &format!("x{id}"))).collect();
+        let connector = at("connector name=\"K\"", 3, &[(2, "")], "");
+        let body = format!(
+            "<LD>{RAIL}{}{}{connector}{}{uses}</LD>",
+            contact(1, edge, 0, "u"),
+            contact(2, "", 1, "b"),
+            from_connector(4)
+        );
+        project("", "u:BOOL b:BOOL x5:BOOL x6:BOOL", &body, "TRUE")
+    };
+    let edge = "edge=\"rising\"";
+    let told = refusal(&drawn(edge, &[5, 6]));
+    assert!(told.contains("generators detect the edge once"), "{told}");
+    assert!(bound(&drawn(edge, &[5])).is_ok());
+    assert!(bound(&drawn("", &[5, 6])).is_ok());
+}
+
+#[test]
+fn connections_from_elements_without_an_output_are_refused() {
+    for first in [out(2, (1, ""), "x"), at("rightPowerRail", 2, &[(1, "")], "")] {
+        let body = format!("<FBD>{}{first}{}</FBD>", wired(1, "b"), out(3, (2, ""), "y"));
+        let text = project("", "b:BOOL x:BOOL y:BOOL", &body, "TRUE");
+        assert!(refusal(&text).contains("which has no output"), "{first}");
+    }
 }

@@ -239,6 +239,13 @@ impl Element {
         }
     }
 
+    /// Whether no connection can start at it: its kind has no output.
+    #[must_use]
+    pub fn has_no_output(&self) -> bool {
+        matches!(self.kind, ElementKind::Out | ElementKind::RightRail | ElementKind::Connector)
+            || self.moves()
+    }
+
     /// Whether it is a jump, a return or a label.
     #[must_use]
     pub fn moves(&self) -> bool {

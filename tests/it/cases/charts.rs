@@ -388,3 +388,60 @@ fn a_transition_without_a_priority_may_come_before_those_with_one_or_after_them(
         }
     }
 }
+
+/// The faults of a chart that is refused.
+fn refusal(chart: &str) -> String {
+    let input = Input { name: "p.st".to_owned(), bytes: program(chart).into_bytes() };
+    let calls = "[calls]\nF0 = { time = '1us' }\nF1 = { time = '1us' }\nF2 = { time = '1us' }\n";
+    let facts = Facts::parse("facts.toml", calls).unwrap_or_else(|faults| panic!("{faults:?}"));
+    let (inputs, table) = ([input], table());
+    let request = Request { table: Some(&table), ..Request::new(&inputs, &facts) };
+    match audit(&request) {
+        Err(failure) => format!("{failure:?}"),
+        Ok(_) => "accepted".to_owned(),
+    }
+}
+
+#[test]
+fn flags_that_control_a_chart_are_followed_or_refused() {
+    let with = |flags: &str, qualifier: &str| {
+        format!(
+            "VAR {flags} : BOOL; END_VAR
+             INITIAL_STEP S0: END_STEP
+             STEP S1: A0({qualifier}); END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := b; END_TRANSITION
+             ACTION A0: C0(); END_ACTION"
+        )
+    };
+    for flag in ["SFCTip", "SFCTipMode", "SFCPause", "SFCQuitError", "SFCError", "SFCTrans"] {
+        let told = refusal(&with(flag, "N"));
+        assert!(told.contains(&format!("the flag {flag} is not followed")), "{told}");
+    }
+    for flag in ["SFCInit", "SFCReset"] {
+        assert_eq!(refusal(&with(flag, "N")), "accepted");
+        for qualifier in ["S", "SD, T#1s", "DS, T#1s", "SL, T#1s"] {
+            let told = refusal(&with(flag, qualifier));
+            assert!(told.contains("restart the chart while action A0 is stored"), "{told}");
+        }
+    }
+    assert_eq!(refusal(&with("other", "S")), "accepted");
+}
+
+#[test]
+fn a_time_below_1_ms_may_be_over_at_once() {
+    let chart = |time: &str| {
+        format!(
+            "INITIAL_STEP S0: END_STEP
+             STEP S1: A0(D, {time}); END_STEP
+             STEP S2: END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S2 := TRUE; END_TRANSITION
+             TRANSITION FROM S2 TO S0 := TRUE; END_TRANSITION
+             ACTION A0: IF S1.X AND NOT S2.X THEN C0(); END_IF; END_ACTION"
+        )
+    };
+    // S1 is active for one scan. A transition whose condition is true takes 5 us, the block 20 us.
+    assert!(bounds(&chart("T#0.5ms"), "", Trust::Counts).0 >= 25);
+    assert!(bounds(&chart("T#1ms"), "", Trust::Counts).0 < 25);
+}

@@ -416,7 +416,7 @@ fn elements(all: &[&str], numbers: &[u32]) -> String {
 fn program(variables: &str, body: &str) -> String {
     let variable = |(name, of): (&str, &str)| {
         let of = match of {
-            "BOOL" | "INT" | "TIME" => format!("<{of}/>"),
+            "BOOL" | "INT" | "TIME" | "WORD" => format!("<{of}/>"),
             _ => format!("<derived name=\"{of}\"/>"),
         };
         format!("<variable name=\"{name}\"><type>{of}</type></variable>")
@@ -455,6 +455,8 @@ const PAIRS: &[(&str, &[&str], &str, &str, &str)] = &[
         "r2:BOOL r3:BOOL",
         "r2 := run AND r3; r3 := run OR r2; lamp := r3;",
     ),
+    // The complement of a word.
+    ("FBD", &["w", "NOT 1", "> v 2.OUT"], "w:WORD v:WORD", "r2:WORD", "r2 := NOT(w); v := r2;"),
     // A number that adds up.
     (
         "FBD",
@@ -591,6 +593,50 @@ fn drawings_cost_what_the_text_costs_that_generators_write() {
         let other = format!("<{language}>{}</{language}>", elements(&turned, &[]));
         alike(&program(variables, &other), &text);
     }
+}
+
+#[test]
+fn a_set_or_reset_coil_costs_no_less_than_the_text_or_its_row() {
+    let elements = elements(&["|", "[a] 1", "(x) 2"], &[]);
+    for (storage, row, value) in [("set", "S", "TRUE"), ("reset", "R", "FALSE")] {
+        let coil = elements.replace("<coil", &format!("<coil storage=\"{storage}\""));
+        let drawing = program("a:BOOL x:BOOL", &format!("<LD>{coil}</LD>"));
+        let text = in_text("a:BOOL x:BOOL", "", &format!("IF a THEN x := {value}; END_IF;"));
+        for table in ROWS.iter().copied().chain(CLASSES).map(only) {
+            let written = bound("t.st", &text, &table);
+            assert!(bound("d.xml", &drawing, &table) >= written, "{storage}");
+        }
+        assert_eq!(bound("d.xml", &drawing, &only(row)), 10_000);
+        let generated = bound("t.st", &text, &only("JMP"));
+        assert!(generated > 0);
+        assert_eq!(bound("d.xml", &drawing, &only("JMP")), generated);
+    }
+}
+
+/// The bound of a drawing and of the text that generators write of it, if copies of strings alone take time.
+fn copies(drawing: &str, text: &str) -> (u64, u64) {
+    let table = Table::parse(
+        "t.csv",
+        (CLASSES.iter().fold("instruction,on_us,off_us\n".to_owned(), |rows, class| {
+            rows + &format!("@{class},0,\n")
+        }) + "COPY_TEXT,10,10\n")
+            .as_bytes(),
+    );
+    let table = table.unwrap_or_else(|faults| panic!("{faults:?}")).table;
+    (bound("d.xml", drawing, &table), bound("t.st", text, &table))
+}
+
+#[test]
+fn texts_that_a_drawn_function_gives_are_copied_in_full() {
+    let function = "<pou name=\"F\" pouType=\"function\"><interface><returnType><BOOL/></returnType><inputVars><variable name=\"a\"><type><BOOL/></type></variable></inputVars><outputVars><variable name=\"o\"><type><string/></type></variable></outputVars></interface><body><ST><p>F := a;</p></ST></body></pou>";
+    let block = "<block localId=\"2\" typeName=\"F\"><position x=\"0\" y=\"20\"/><inputVariables><variable formalParameter=\"a\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn></variable></inputVariables><inOutVariables/><outputVariables><variable formalParameter=\"OUT\"><connectionPointOut/></variable><variable formalParameter=\"o\"><connectionPointOut/></variable></outputVariables></block>";
+    let body = elements(&["a"], &[]) + block;
+    let drawing = program("a:BOOL", &format!("<FBD>{body}</FBD>"))
+        .replace("<pous>", &format!("<pous>{function}"));
+    let text = "FUNCTION F : BOOL VAR_INPUT a : BOOL; END_VAR VAR_OUTPUT o : STRING; END_VAR F := a; END_FUNCTION\n".to_owned()
+        + &in_text("a:BOOL", "r:BOOL s:STRING", "r := F(a := a, o => s);");
+    let (drawn, written) = copies(&drawing, &text);
+    assert!(drawn == written && written > 10_000, "{drawn} {written}");
 }
 
 #[test]

@@ -26,6 +26,13 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
         }
         let refused =
             |what: &str, help: &str| Err(one.fault(what).code(Code::NotModelled).help(help));
+        if let Some(from) = one.sources().find(|from| drawing.element(from.from).has_no_output()) {
+            let from = drawing.element(from.from).called();
+            let what = format!(
+                "a connection comes from the {from}, which has no output: generators leave it out"
+            );
+            return refused(&what, "connect it to an element with an output");
+        }
         if takes_copy(drawing, one) {
             let what = "generators copy an instance's output that goes to a VAR_IN_OUT pin, and the output side of an instance's VAR_IN_OUT pin";
             return refused(what, "connect the variable itself to every element that uses it");

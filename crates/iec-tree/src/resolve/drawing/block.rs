@@ -9,7 +9,7 @@ use crate::blocks::StandardBlock;
 use crate::declarations::VarId;
 use crate::show;
 use crate::tree::StatementKind;
-use crate::types::{TEXT, Type};
+use crate::types::{TEXT, Type, TypeId};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Path};
 use scanbound_iec::drawing::{self, Block, Connection, Element, ElementId};
@@ -179,6 +179,9 @@ impl<'d> Drawer<'_, '_, 'd> {
         }
         let mut all: Vec<Given<'_>> = given.iter().map(handed_over).collect();
         for other in block.results().skip(1) {
+            if let Some(ty) = self.output_type(id, other, &mut BTreeSet::new()) {
+                self.copies_large((id, other), ty);
+            }
             let taker = self.result_taker((id, other));
             all.push(Given { name: Some(other), side: Side::Out(taker) });
         }
@@ -204,20 +207,13 @@ impl<'d> Drawer<'_, '_, 'd> {
         let called = self.resolver.called(scope, &path, &all, one.line);
         let called =
             called.unwrap_or_else(|fault| self.resolver.faulty(at_element(one, fault), one.line));
-        // Generators declare a variable for each result and copy strings and structures into it. The result of a
-        // function of strings whose type is not known, such as CONCAT, is a string.
-        let is_text = |ty| matches!(self.resolver.tree.types.get(ty), Type::Text(_));
-        let large = match self.resolver.tree.types.get(called.ty) {
-            Type::Text(_) | Type::Array(..) | Type::Struct(_) => Some(called.ty),
-            Type::Unknown if inputs.iter().any(|value| is_text(value.ty)) => {
-                Some(self.resolver.tree.types.id(Type::Text(TEXT)))
-            }
-            _ => None,
-        };
-        if let Some(ty) = large.filter(|_| !self.sheet.drawing.is_executed_as_drawn) {
-            let key = self.result_key((id, first_output(block)));
-            self.variable(key, ty);
-        }
+        // The result of a function of strings whose type is not known, such as CONCAT, is a string.
+        let longest = self.resolver.tree.types.id(Type::Text(TEXT));
+        let is = |ty, of: fn(&Type) -> bool| of(self.resolver.tree.types.get(ty));
+        let is_text = is(called.ty, |ty| matches!(ty, Type::Unknown))
+            && inputs.iter().any(|value| is(value.ty, |ty| matches!(ty, Type::Text(_))));
+        let ty = if is_text { longest } else { called.ty };
+        self.copies_large((id, first_output(block)), ty);
         self.begins_anew(id, block);
         match self.result_taker((id, first_output(block))) {
             Taker::Kept(temporary) => {
@@ -232,6 +228,21 @@ impl<'d> Drawer<'_, '_, 'd> {
             Taker::Written(_) => {}
         }
         Ok(())
+    }
+
+    /// Generators declare a variable for each output of a function and copy strings, arrays and structures into it;
+    /// strings have the standard's length there. Declares that variable.
+    fn copies_large(&mut self, output: Output<'d>, ty: TypeId) {
+        let longest = self.resolver.tree.types.id(Type::Text(TEXT));
+        let large = match self.resolver.tree.types.get(ty) {
+            Type::Text(length) if *length < TEXT => longest,
+            Type::Text(_) | Type::Array(..) | Type::Struct(_) => ty,
+            _ => return,
+        };
+        if !self.sheet.drawing.is_executed_as_drawn {
+            let key = self.result_key(output);
+            self.variable(key, large);
+        }
     }
 
     /// The storage of a function's output: a variable if it is read before the function runs, otherwise a temporary.
