@@ -429,6 +429,21 @@ fn flags_that_control_a_chart_are_followed_or_refused() {
 }
 
 #[test]
+fn functions_and_methods_have_no_charts() {
+    let chart = "INITIAL_STEP S0: END_STEP STEP S1: END_STEP
+         TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION
+         TRANSITION FROM S1 TO S0 := TRUE; END_TRANSITION";
+    for (unit, call) in [
+        (format!("FUNCTION F : BOOL {chart} END_FUNCTION"), "v := F();"),
+        (format!("FUNCTION_BLOCK B METHOD m {chart} END_METHOD END_FUNCTION_BLOCK"), "c.m();"),
+    ] {
+        let own = if call.starts_with('c') { "VAR c : B; END_VAR" } else { "" };
+        let told = refusal(&format!("{own} {call} C0(); END_PROGRAM {unit} PROGRAM other"));
+        assert!(told.contains("keep no steps from call to call"), "{told}");
+    }
+}
+
+#[test]
 fn a_time_below_1_ms_may_be_over_at_once() {
     let chart = |time: &str| {
         format!(

@@ -13,6 +13,7 @@ use crate::assembler::{invariant, turns};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
+use scanbound_iec::PouKind;
 use scanbound_iec::chart::{Chart as Written, Feed, Qualifier};
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::accesses::{self, Accesses};
@@ -139,7 +140,10 @@ impl<'t> Lower<'t> {
         let Some(memory) = self.chart_memory(at.instance, id) else {
             return self.fault(no_room(written.line));
         };
-        if let Err(fault) = has_no_other_flags(chart, written) {
+        let routine = self.tree.routine(id);
+        let keeps_steps = routine.kind != RoutineKind::Method
+            && self.tree.unit(routine.unit).kind != PouKind::Function;
+        if let Err(fault) = is_followed(chart, written, keeps_steps) {
             let fault = fault.within(&self.instances[at.instance].spot.name);
             return self.fault(fault);
         }
@@ -464,9 +468,16 @@ impl<'t> Lower<'t> {
     }
 }
 
-/// Refuses a chart that declares a flag of CODESYS that is not followed, or restarts while actions are stored: whether
-/// these stay stored is not documented.
-fn has_no_other_flags(chart: &Chart, written: &Written) -> Result<(), Fault> {
+/// Refuses a chart in a function or method, which keep no steps from call to call; a chart that declares a flag of
+/// CODESYS that is not followed; and one that may restart while actions are stored, because it is not documented whether
+/// these stay stored.
+fn is_followed(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
+    if !keeps_steps {
+        let message =
+            "functions and methods have no charts, because they keep no steps from call to call";
+        let help = "move the chart to a function block";
+        return Err(Fault::new(written.line, message).help(help));
+    }
     if let Some(name) = chart.other_flag {
         let message = format!(
             "the flag {name} is not followed: with it, CODESYS controls the chart, or tells its state"
