@@ -810,6 +810,17 @@ fn an_edge_before_a_connector_that_is_used_several_times_is_refused() {
 }
 
 #[test]
+fn a_continuation_of_an_unconnected_connector_is_refused() {
+    let connector = at("connector name=\"k\"", 1, &[], "");
+    let continued = at("continuation name=\"k\"", 2, &[], "");
+    let body = format!("<FBD>{connector}{continued}{}</FBD>", out(3, (2, ""), "y"));
+    let text = project("", "y:BOOL", &body, "TRUE");
+    assert!(refusal(&text).contains("nothing is connected to its connector"));
+    let unused = format!("<FBD>{connector}{continued}</FBD>");
+    assert!(bound(&project("", "y:BOOL", &unused, "TRUE")).is_ok());
+}
+
+#[test]
 fn connections_from_elements_without_an_output_are_refused() {
     for first in [out(2, (1, ""), "x"), at("rightPowerRail", 2, &[(1, "")], "")] {
         let body = format!("<FBD>{}{first}{}</FBD>", wired(1, "b"), out(3, (2, ""), "y"));

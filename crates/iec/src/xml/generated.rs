@@ -33,6 +33,13 @@ pub(super) fn is_written_as_shown(drawing: &Drawing) -> Result<(), Fault> {
             );
             return refused(&what, "connect it to an element with an output");
         }
+        if let ElementKind::Continuation(connector) = one.kind
+            && one.uses > 0
+            && drawing.element(connector).inputs.is_empty()
+        {
+            let what = "nothing is connected to its connector: generators leave it out";
+            return refused(what, "connect the connector, or remove the continuation");
+        }
         if takes_copy(drawing, one) {
             let what = "generators copy an instance's output that goes to a VAR_IN_OUT pin, and the output side of an instance's VAR_IN_OUT pin";
             return refused(what, "connect the variable itself to every element that uses it");
