@@ -429,6 +429,39 @@ fn flags_that_control_a_chart_are_followed_or_refused() {
 }
 
 #[test]
+fn charts_that_begin_anew_may_leave_their_first_step_at_once() {
+    // The chart begins anew with each scan. A0 ends its first step, A1 is that of its second.
+    let bound = |actions: &str, facts: &str| {
+        let text = format!(
+            "PROGRAM p
+             VAR a AT %IX0.0 : BOOL; END_VAR
+             VAR_TEMP c : B; END_VAR
+             c(x := a); c(x := a);
+             END_PROGRAM
+             FUNCTION_BLOCK B
+             VAR_INPUT x : BOOL; END_VAR
+             VAR C0 : F0; END_VAR
+             {actions}
+             TRANSITION FROM S0 TO S1 := x; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := x; END_TRANSITION
+             ACTION A0: C0(); END_ACTION
+             END_FUNCTION_BLOCK
+             FUNCTION_BLOCK F0 END_FUNCTION_BLOCK"
+        );
+        microseconds(&audited(&text, facts, Trust::Counts)).0
+    };
+    let left = "INITIAL_STEP S0: A0(P0); END_STEP STEP S1: END_STEP";
+    let entered = "INITIAL_STEP S0: END_STEP STEP S1: A0(P1); END_STEP";
+    let alphabetical = "[sfc]\naction_order = 'alphabetical'\n";
+    for (chart, facts) in [(left, ""), (entered, ""), (left, alphabetical), (entered, alphabetical)]
+    {
+        assert!(bound(chart, facts) >= 25, "{chart} {facts}");
+    }
+    let none = "[controller]\n\"transitions are evaluated in the first scan\" = false\n";
+    assert!(bound("INITIAL_STEP S0: END_STEP STEP S1: END_STEP", none) < 20);
+}
+
+#[test]
 fn functions_and_methods_have_no_charts() {
     let chart = "INITIAL_STEP S0: END_STEP STEP S1: END_STEP
          TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION

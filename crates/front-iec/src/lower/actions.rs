@@ -80,6 +80,10 @@ impl Lower<'_> {
     /// Lowers the inline code of an action block, executed where `runs` is true.
     fn in_block(&mut self, at: &Context, body: (BodyKey, Language), code: &Code, runs: Logic) {
         let skip = self.jump(runs.not(), Assembler::jump_key());
+        // Generators make a named action of it, and call that.
+        if !self.options.charts.actions_first {
+            self.cost(&["CAL"], "call");
+        }
         match code {
             Code::Statements(statements) => {
                 let around = self.enter(body.0, body.1);

@@ -161,8 +161,8 @@ impl<'t> Lower<'t> {
             .chain(halt.into_iter().chain(restart).map(Logic::cell)));
         let begins = self.keep_bit(begins);
         self.times_go_on(&own.memory);
-        // matiec also evaluates transitions in the first scan, but enters no step then. It executes actions in the
-        // order of their declarations, and its projects are not files of CODESYS or TwinCAT.
+        // matiec enters no step in the first scan. It executes actions in the order of their declarations, and its
+        // projects are not files of CODESYS or TwinCAT.
         let may_be_matiec = !self.options.charts.actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
@@ -171,10 +171,13 @@ impl<'t> Lower<'t> {
         if actions_first {
             self.act(&own, may_be_matiec);
         }
-        let looks = match may_be_matiec {
-            true => all([first, self.differs("transitions are evaluated in the first scan")]),
+        // Matiec, CODESYS and TwinCAT evaluate transitions in the first scan, and perhaps where SFCReset restarts the
+        // chart.
+        let may_look = match may_be_matiec || actions_first {
+            true => self.differs("transitions are evaluated in the first scan"),
             false => Logic::Const(false),
         };
+        let looks = if actions_first { may_look } else { all([first, may_look]) };
         let skip = self.jump(all([begins, looks.not()]), None);
         self.evolve(&own);
         self.land(skip);
@@ -209,10 +212,10 @@ impl<'t> Lower<'t> {
             let was = if step.initial { entered.clone() } else { Logic::Const(false) };
             resets.push(set(cell, was));
         }
-        // A pulse occurs only where a step is entered.
+        // A pulse occurs only where a step is entered or left.
         for action in &memory.actions {
             let pulses = action.feeds.iter().zip(&action.inputs).filter(|(feed, _)| {
-                matches!(feed.qualifier, Qualifier::P | Qualifier::P1)
+                matches!(feed.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0)
                     && feed.steps.iter().any(|&step| own.written.steps[step].initial)
             });
             resets.extend(pulses.map(|(_, input)| set(input.was, entered.clone())));

@@ -180,8 +180,17 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 
     fn operand(&self, node: Node<'_, '_>, name: &'static str) -> Result<Expr, Fault> {
-        let written = child(node, name).map(|written| self.text.content(written));
-        match written.filter(|(text, _)| !text.trim().is_empty()) {
+        let written = child(node, name);
+        if written.is_some_and(|written| written.children().any(|part| !part.is_text())) {
+            let what = format!(
+                "there is a comment or an element within its {name}: generators read only the text before it"
+            );
+            return Err(self.wrong(node, &what).code(Code::Xml));
+        }
+        match written
+            .map(|written| self.text.content(written))
+            .filter(|(text, _)| !text.trim().is_empty())
+        {
             Some((text, line)) => parse::expression(&text, line),
             None => Err(self.text.fault(node, format!("{}: it names no variable", called(node)))),
         }

@@ -118,14 +118,17 @@ const EXTENSIBLE: &[&str] = &[
     "ADD", "MUL", "AND", "OR", "XOR", "MAX", "MIN", "MUX", "CONCAT", "GT", "GE", "EQ", "LE", "LT",
 ];
 
-/// Whether an extensible function has a connected EN and no output besides its result.
+/// Whether a function has a connected EN and no output besides its result. Generators then pass EN without its name.
 fn takes_enable_as_operand(block: &Block) -> bool {
-    let is_enable = |pin: &InputPin| {
-        pin.name.eq_ignore_ascii_case("EN") && !matches!(pin.given, Given::Nothing)
-    };
-    is_function_of(block, EXTENSIBLE)
-        && block.outputs.len() == 1
-        && block.inputs.iter().any(is_enable)
+    let is_enable = |pin: &InputPin| pin.name.eq_ignore_ascii_case("EN");
+    let is_given = |pin: &&InputPin| !matches!(pin.given, Given::Nothing);
+    let (enables, others): (Vec<_>, Vec<_>) =
+        block.inputs.iter().filter(is_given).partition(|pin| is_enable(pin));
+    block.instance.is_none()
+        && block.code.is_none()
+        && matches!(&block.outputs[..], [only] if !only.name.eq_ignore_ascii_case("ENO"))
+        && !enables.is_empty()
+        && !others.is_empty()
 }
 
 /// Whether a function that is called without names has an unconnected pin before a connected one. Generators name the
