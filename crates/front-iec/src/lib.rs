@@ -134,7 +134,7 @@ impl Front for Iec {
                 }
             };
             options.begins_with_more |= text.to_ascii_lowercase().contains("call_after_");
-            options.actions_first |= text.contains("3s-software.com");
+            options.actions_first |= scanbound_iec::xml::is_of_codesys(&text);
             match scanbound_iec::read_as(&input.name, &text, reading.comments) {
                 Ok(more) => {
                     project.join(more);

@@ -462,6 +462,24 @@ fn charts_that_begin_anew_may_leave_their_first_step_at_once() {
 }
 
 #[test]
+fn the_order_of_actions_matters_in_a_chart_that_begins_anew() {
+    // A1 gives v its value, and A0, which is declared before it, reads v.
+    let text = "PROGRAM p VAR v : BOOL; END_VAR v := FX(); END_PROGRAM
+         FUNCTION FX : BOOL VAR c : B; END_VAR c(x := TRUE); END_FUNCTION
+         FUNCTION_BLOCK B VAR_INPUT x : BOOL; END_VAR VAR v : BOOL; C0 : F0; END_VAR
+         INITIAL_STEP S0: END_STEP
+         STEP S1: A1(N); A0(N); END_STEP
+         TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION
+         ACTION A0: IF v THEN C0(); END_IF; END_ACTION
+         ACTION A1: v := x; END_ACTION
+         END_FUNCTION_BLOCK
+         FUNCTION_BLOCK F0 END_FUNCTION_BLOCK";
+    let facts = "[controller]\n\"transitions are evaluated in the first scan\" = true\n";
+    let (upper, lower) = microseconds(&audited(text, facts, Trust::All));
+    assert!(upper >= 20 && lower < 20, "{upper} {lower}");
+}
+
+#[test]
 fn functions_and_methods_have_no_charts() {
     let chart = "INITIAL_STEP S0: END_STEP STEP S1: END_STEP
          TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION

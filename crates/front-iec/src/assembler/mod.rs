@@ -63,7 +63,8 @@ pub(crate) enum OpenEnd {
     Variable { at: usize, cell: Cell, own: Vec<usize> },
     /// In which of several orders these actions run. Any order gives the same result for an action that shares no
     /// written cell with the others.
-    Turns(Vec<Turn>),
+    /// The actions, and the memory of the chart's instance.
+    Turns(Vec<Turn>, Vec<Region>),
     /// Instructions `own` keep the elapsed time of a step in `cell`. They are dropped if nothing reads it.
     StepTime { cell: Cell, own: Vec<usize> },
 }

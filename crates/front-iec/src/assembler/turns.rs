@@ -114,11 +114,12 @@ fn is_sequence(chart: &Chart) -> bool {
 }
 
 /// Lowers actions in the orders of `rounds`; a free choice selects the order. `ended`: for each action, whether it has
-/// ended. `carry_out` lowers one action.
+/// ended. `memory`: that of the chart's instance. `carry_out` lowers one action.
 pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
     host: &mut H,
     rounds: &[Round],
     ended: &[Logic],
+    memory: Vec<Region>,
     carry_out: &mut dyn FnMut(&mut H, usize),
 ) {
     if let ([_], _) | (_, [] | [_]) = (rounds, ended) {
@@ -173,7 +174,7 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
             turns[at].copies.push(from..host.builder.next());
         }
     }
-    host.open_ends.push(OpenEnd::Turns(turns));
+    host.open_ends.push(OpenEnd::Turns(turns, memory));
 }
 
 impl Assembler {

@@ -41,7 +41,8 @@ impl Lower<'_> {
         let rounds = turns::rounds(&own.chart.orders, self.options.charts.action_order);
         let ended: Vec<Logic> = outputs.iter().map(|output| output.on.clone().not()).collect();
         let mut kept: Vec<Vec<Kept>> = outputs.iter().map(|_| Vec::new()).collect();
-        turns::in_turns(self, &rounds, &ended, &mut |lower, number| {
+        let memory = self.instances[own.at.instance].spot.tag.regions();
+        turns::in_turns(self, &rounds, &ended, memory, &mut |lower, number| {
             let (action, output) = (&own.chart.actions[number], &outputs[number]);
             lower.at(action.line, &action.name);
             match &action.body {

@@ -21,6 +21,7 @@ use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
 use scanbound_iec_tree::code::{Call, Place};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
 use scanbound_iec_tree::tree::{ExprKind, Statement};
+use scanbound_iec_tree::types::time_in_units;
 use scanbound_ir::{Cell, Logic, Step, Tag};
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -407,7 +408,8 @@ impl<'t> Lower<'t> {
                 all_steps.filter_map(|(at, step)| Some((at, hook(step).as_ref()?))).collect();
             let never = vec![Logic::Const(false); hooks.len()];
             let rounds = turns::of_steps(own.written, hooks.len(), may_be_any);
-            turns::in_turns(self, &rounds, &never, &mut |lower, which| {
+            let regions = self.instances[own.at.instance].spot.tag.regions();
+            turns::in_turns(self, &rounds, &never, regions, &mut |lower, which| {
                 let (at, call) = hooks[which];
                 let step = &own.written.steps[at];
                 let [now, was] = [memory.steps[at], memory.were[at]].map(Logic::cell);
@@ -440,10 +442,10 @@ impl<'t> Lower<'t> {
             };
             if let ExprKind::Time(time) = time.kind {
                 // Controllers differ in when a time of 0 ends, and whether it ends at all. On some, a time below 1 ms
-                // is 0.
-                found.push(match time {
-                    ..1_000_000 => self.left_open(),
-                    _ => Logic::Const(false),
+                // is 0; and what is not modelled may be any time.
+                found.push(match time_in_units(time) {
+                    Some(1..) => Logic::Const(false),
+                    _ => self.left_open(),
                 });
                 continue;
             }

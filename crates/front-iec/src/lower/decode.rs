@@ -9,7 +9,7 @@ use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_base::diagnostic::Diagnostic;
-use scanbound_base::facts::{Facts, Part, normalized};
+use scanbound_base::facts::{ActionOrder, Facts, Part, normalized};
 use scanbound_base::location::Location;
 use scanbound_base::time::Picos;
 use scanbound_front::builder::always;
@@ -41,10 +41,12 @@ pub(crate) struct SourceTraits {
 pub(crate) fn decode(
     project: &Project,
     dialect: &str,
-    traits: SourceTraits,
+    mut traits: SourceTraits,
     with_unused: bool,
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
+    // This is the order of CODESYS and TwinCAT alone.
+    traits.actions_first |= asked.facts.action_order == Some(ActionOrder::Alphabetical);
     let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));

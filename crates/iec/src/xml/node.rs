@@ -43,6 +43,19 @@ pub(super) struct Text {
     comments: Option<Comments>,
 }
 
+/// Whether a text names CODESYS or TwinCAT.
+fn names_codesys(text: &str) -> bool {
+    let text = text.to_ascii_lowercase();
+    ["codesys", "twincat"].iter().any(|name| text.contains(name))
+}
+
+/// Whether CODESYS or TwinCAT wrote a PLCopen XML file, as its data or its header says.
+#[must_use]
+pub fn is_of_codesys(text: &str) -> bool {
+    let header = text.split_once("<fileHeader").and_then(|(_, behind)| behind.split_once('>'));
+    text.contains("3s-software.com") || header.is_some_and(|(header, _)| names_codesys(header))
+}
+
 impl Text {
     pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
@@ -51,8 +64,10 @@ impl Text {
         Text {
             comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
-            is_codesys: elements().any(|one| {
-                one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
+            is_codesys: elements().any(|one| match one.tag_name().name() {
+                "data" => one.attribute("name").is_some_and(is_theirs),
+                "fileHeader" => one.attribute("productName").is_some_and(names_codesys),
+                _ => false,
             }),
         }
     }
