@@ -228,3 +228,29 @@ fn instances_of_one_name_are_refused_and_a_program_that_is_named_twice_is_called
         assert_eq!(told, Err(vec![Code::DeclaredTwice]), "{second}");
     }
 }
+
+#[test]
+fn tasks_of_two_resources_are_not_taken_for_one() {
+    let text = |one: &str, other: &str| {
+        format!(
+            "PROGRAM p VAR_EXTERNAL g : BOOL; END_VAR IF g AND NOT g THEN g := g; END_IF; END_PROGRAM
+             PROGRAM q VAR_EXTERNAL g : BOOL; END_VAR g := NOT g; END_PROGRAM
+             CONFIGURATION c VAR_GLOBAL g : BOOL; END_VAR
+             RESOURCE r1 ON plc {one} END_RESOURCE RESOURCE r2 ON plc {other} END_RESOURCE
+             END_CONFIGURATION"
+        )
+    };
+    let task = |name: &str, program: &str| {
+        format!(
+            "TASK {name}(INTERVAL := T#20ms, PRIORITY := 1); PROGRAM i{program} WITH {name} : {program};"
+        )
+    };
+    let facts = Facts::default();
+    let same = audited(&text(&task("t", "p"), &task("t", "q")), None, &facts);
+    assert_eq!(same.err(), Some(vec![Code::NotModelled]));
+    let loose = audited(&text("PROGRAM i1 : p;", "PROGRAM i2 : q;"), None, &facts);
+    assert_eq!(loose.err(), Some(vec![Code::NotModelled]));
+    // What a task of another processor writes may change at any moment.
+    let apart = audited(&text(&task("t", "p"), &task("u", "q")), Some("t"), &facts);
+    assert_eq!(apart.map(|found| micros(found.bound.upper)), Ok(1));
+}

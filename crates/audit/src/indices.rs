@@ -44,7 +44,7 @@ pub fn state(program: &mut Program, facts: &Facts) -> Result<(), Vec<Diagnostic>
                 let message = format!(
                     "the index '{place}' cannot be {low} to {high}: with {bits} bits and the other statements about it, it is {least} to {largest}"
                 );
-                let help = "correct this range, or the other statement about the same index";
+                let help = "correct this range, the number of bits, or another statement about the same index";
                 faults.push(facts.fault(["index", place], Part::Value, Code::Fact, message, help));
                 break;
             }

@@ -7,7 +7,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use scanbound_model::groups::{groups, unused_constraints, witness};
-use scanbound_model::lower_bound::{Treatment, lower_bound_model};
+use scanbound_model::lower_bound::{Strict, Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
 use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, real};
@@ -226,7 +226,7 @@ impl RunSearch<'_> {
         gates: &mut usize,
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let mut goes_on = false;
+        let (mut goes_on, mut avoids_errors) = (false, false);
         for _ in 0..MAX_ROUNDS {
             let is_long = upper.is_some_and(|upper| found.best.replay.total >= upper);
             let reached = is_long && found.best.is_possible();
@@ -236,7 +236,8 @@ impl RunSearch<'_> {
             let Some(model) = self.model_of(&found.knowledge) else { break };
             found.gates = model.circuit.nodes().len();
             let before = *gates;
-            let Some((start, most)) = self.longest_known(&model, &summary, gates) else { break };
+            let longest = self.longest_known(&model, &summary, avoids_errors, gates);
+            let Some((start, most)) = longest else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
             }
@@ -248,12 +249,24 @@ impl RunSearch<'_> {
             // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
+            // If a run ends where an operation error may occur, scans without such errors are searched for.
+            let turns = !avoids_errors && self.ends_in_error(&one);
+            avoids_errors |= turns;
             found.keep_better(one, start);
-            if total >= most || !news || left || !goes_on || *gates > MAX_GATES {
+            if left || *gates > MAX_GATES || !turns && (total >= most || !news || !goes_on) {
                 break;
             }
         }
         Ok(goes_on)
+    }
+
+    /// Whether a run ends at an instruction because an operation error occurs there, or may occur.
+    fn ends_in_error(&self, run: &RealRun) -> bool {
+        run.stopped.as_ref().is_some_and(|stopped| {
+            stopped.reason == StopReason::Error
+                || matches!(stopped.reason, StopReason::Unknown(_))
+                    && self.program.errors.contains_key(&stopped.at)
+        })
     }
 
     /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
@@ -270,22 +283,26 @@ impl RunSearch<'_> {
 
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
     /// If every path depends on unknown values, what depends on them counts with its smallest time. `None` if no scan
-    /// satisfies the constraints. Adds the models' size to `gates`.
+    /// satisfies the constraints. If `avoids_errors`, scans in which an operation error may occur come last. Adds the
+    /// models' size to `gates`.
     fn longest_known(
         &self,
         full: &ScanModel,
         summary: &BTreeSet<ChoiceId>,
+        avoids_errors: bool,
         gates: &mut usize,
     ) -> Option<(Witness, Picos)> {
         let standing = |variable| standing(self.program, summary, full, variable);
-        let mut model = lower_bound_model(full, &standing, true);
-        *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
-        let mut longest = self.longest(&model);
-        if longest.is_none() {
-            model = lower_bound_model(full, &standing, false);
-            longest = self.longest(&model);
-        }
-        longest.map(|(assignment, most)| (witness(&model, &assignment), most))
+        let strictness = [(true, true), (false, true), (true, false), (false, false)];
+        let strictness = strictness.into_iter().skip(if avoids_errors { 0 } else { 2 });
+        *gates += full.circuit.nodes().len();
+        strictness.into_iter().find_map(|(is_strict, avoids_errors)| {
+            let strict = Strict { paths: is_strict, errors: avoids_errors };
+            let model = lower_bound_model(full, &standing, strict);
+            *gates += model.circuit.nodes().len();
+            let (assignment, most) = self.longest(&model)?;
+            Some((witness(&model, &assignment), most))
+        })
     }
 
     /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
@@ -322,7 +339,7 @@ impl RunSearch<'_> {
             }
         }
         let summary = summary_choices(self.program);
-        self.longest_known(&model, &summary, &mut 0).map(|(start, _)| start)
+        self.longest_known(&model, &summary, false, &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {

@@ -164,7 +164,7 @@ impl Why {
             Why::StartUnknown(_, why) => why.to_string(),
             Why::NeverOn(_) => "the code never turns this relay on, so another writer must do so, and may do so at any time (the code sets initial marks only if it is translated with --initial first-scan)".to_owned(),
             Why::NotRead(_) => "no scan depends on the value of this relay at the start of the scan".to_owned(),
-            Why::Broken => "a scan can turn on all relays of the set".to_owned(),
+            Why::Broken => "it is not proved that scans preserve this set: in the model, a scan may leave all its relays on".to_owned(),
             Why::NoTime => "the search for exclusive relays ended, at its time limit or because the scan is too complex, before it was decided whether scans preserve the set".to_owned(),
         }
     }

@@ -118,10 +118,15 @@ fn by_intervals(
         let mut next = execution;
         for &(interval, takes) in &before {
             let times = whole.0.div_ceil(interval.0).max(1);
-            let more =
-                takes.0.checked_mul(times).ok_or("the sum of the tasks' times is too large")?;
-            next =
-                Picos(next.0.checked_add(more).ok_or("the sum of the tasks' times is too large")?);
+            let more = takes
+                .0
+                .checked_mul(times)
+                .ok_or("the times of the tasks that delay it add up to too large a number")?;
+            next = Picos(
+                next.0
+                    .checked_add(more)
+                    .ok_or("the times of the tasks that delay it add up to too large a number")?,
+            );
         }
         if next > limit {
             return Err(match all[at].interval {

@@ -25,7 +25,7 @@ impl Margin {
         Picos(u64::try_from(most).unwrap_or(limit.0))
     }
 
-    /// The margin in millionths of the time.
+    /// The safety margin, in millionths of the time to which it is added.
     #[must_use]
     pub fn millionths(self) -> u32 {
         self.0

@@ -303,7 +303,9 @@ pub fn row<V: Vocabulary>(heads: &[&'static str], text: &'static str) -> Result<
     let counters = counters.filter_map(|operand| operand.extent.amount().counter());
     let counts = |by: &Operand<V::Role>| matches!(by.role, Role::Number | Role::Source);
     if counters.chain(units.operand).any(|counter| !operands.get(counter).is_some_and(counts)) {
-        return Err(wrong("the operand that holds a count is missing, or is not a number"));
+        return Err(wrong(
+            "an extent or `units` takes its count from an operand that the row does not have, or that is neither a number nor a source",
+        ));
     }
     let ends = operands.iter().filter(|operand| names(operand));
     let mut ends = ends.filter_map(|operand| operand.extent.amount().counter());

@@ -43,8 +43,10 @@ const CODESYS: Kind = kind("a project of CODESYS or of a tool built on CODESYS",
 const TWINCAT: Kind = kind("a TwinCAT project or a part of one", PLCOPEN);
 const PETRI: Kind = kind("a Petri net, not a program", NET);
 const SYSMAC: Kind = kind("a project of Sysmac Studio (OMRON's NJ, NX and NY series)", NONE);
-const STRUCTURED: Kind =
-    kind("Structured Text (IEC 61131-3) without a PROGRAM, FUNCTION or FUNCTION_BLOCK", UNIT);
+const STRUCTURED: Kind = kind(
+    "Structured Text (IEC 61131-3) that does not begin with PROGRAM, FUNCTION_BLOCK, FUNCTION or a declaration",
+    UNIT,
+);
 const ARCHIVE: Kind = kind("an archive", UNPACK);
 
 const FOREIGN: &[Foreign] = &[
@@ -225,7 +227,7 @@ fn by_text(beginning: &str) -> Option<Kind> {
     }
     if begins(&CHART) {
         return Some(kind(
-            "a sequential function chart (IEC 61131-3) without a PROGRAM, FUNCTION or FUNCTION_BLOCK",
+            "a sequential function chart (IEC 61131-3) that does not begin with PROGRAM or FUNCTION_BLOCK",
             UNIT,
         ));
     }
@@ -264,7 +266,7 @@ mod tests {
             is("a.txt", text, part);
             is("a.txt", text, ": not supported yet");
         }
-        is("a.txt", "a := 1;\nEND_IF;\n", "Structured Text (IEC 61131-3) without a PROGRAM");
+        is("a.txt", "a := 1;\nEND_IF;\n", "Structured Text (IEC 61131-3) that does not begin with");
         is("a.txt", "INITIAL_STEP s0:\nEND_STEP\n", "sequential function chart");
         is("a.txt", "<?xml version=\"1.0\"?>\n<TcPlcObject Version=\"1.1\">", "TwinCAT");
         is("a.txt", "(* @NESTEDCOMMENTS := 'Yes' *)\nPROGRAM p\nVAR\n", "CODESYS");

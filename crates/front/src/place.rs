@@ -100,8 +100,9 @@ impl Caret<'_> {
         }
     }
 
-    /// The index of the word that contains `part` (0 is the mnemonic), and the byte range in this word. If several
-    /// words are equal to `part`, the first operand among them. `None` if no word contains it or is equal to it.
+    /// The index of the word (0: the mnemonic) of which `part` is a slice, and the byte range of `part` in it. If it is a
+    /// slice of none: a word equal to it in upper or lower case, the first operand before the mnemonic, as a whole.
+    /// `None` if there is neither.
     fn word(&self, part: &str) -> Option<(usize, Range<usize>)> {
         let words =
             || std::iter::once(self.mnemonic).chain(self.operands.iter().map(String::as_str));

@@ -237,6 +237,8 @@ pub struct TypeDeclaration {
 pub struct Task {
     /// Its name; empty for program instances without a task.
     pub name: String,
+    /// The configuration and resource to which it belongs; empty if the file names none.
+    pub resource: String,
     /// Its interval in nanoseconds, if it has one.
     pub interval: Option<i64>,
     /// Its priority as written, if it has one.
@@ -333,7 +335,7 @@ impl Project {
                     || (own.priority.is_some()
                         && task.priority.is_some()
                         && own.priority != task.priority);
-                same(&own.name, &task.name) && !differs
+                same(&own.name, &task.name) && same(&own.resource, &task.resource) && !differs
             };
             match self.tasks.iter_mut().find(is_same) {
                 Some(own) => own.instances.extend(task.instances),

@@ -15,19 +15,28 @@ pub enum Treatment {
     Unknown,
 }
 
+/// Which scans a model for lower bounds excludes besides those that are certainly impossible.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Strict {
+    /// Whether scans are excluded in which it is unknown whether control reaches a charge with a time.
+    pub paths: bool,
+    /// Whether scans are excluded in which it is unknown whether an operation error occurs.
+    pub errors: bool,
+}
+
 /// Two literals for one node of the old circuit: that the node is certainly true whatever the unknown values are, and
 /// that it is certainly false. Both are false in scans in which neither is certain.
 type Pair = (Lit, Lit);
 
 /// The model in which nothing depends on unknown variables (`standing` says which are unknown): each charge has the
 /// time that it takes at least, whatever the values of these variables are. Scans are excluded in which a constraint is
-/// not certainly true or an error certainly occurs and, if `strict`, in which it is unknown whether control reaches a
-/// charge with a time. Variables keep their numbers; charges do not.
+/// not certainly true or an error certainly occurs, and those that `strict` excludes. Variables keep their numbers;
+/// charges do not.
 #[must_use]
 pub fn lower_bound_model(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: bool,
+    strict: Strict,
 ) -> ScanModel {
     lower_bound_model_with(model, standing, strict, &[]).0
 }
@@ -38,7 +47,7 @@ pub fn lower_bound_model(
 pub fn lower_bound_model_with(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: bool,
+    strict: Strict,
     literals: &[Lit],
 ) -> (ScanModel, Vec<(Lit, Lit)>) {
     let mut circuit = Circuit::default();
@@ -79,7 +88,7 @@ pub fn lower_bound_model_with(
     for charge in &model.charges {
         let (reached, passed) = of(&pairs, charge.reached);
         let (fires, idle) = of(&pairs, charge.fires);
-        if strict && charge.largest_cost() > Picos::ZERO {
+        if strict.paths && charge.largest_cost() > Picos::ZERO {
             found.constraints.push(circuit.or(reached, passed));
         }
         let ((on, units), off) = (charge.cost_if_fired(), charge.off);
@@ -105,7 +114,10 @@ pub fn lower_bound_model_with(
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
     // The real run finds out whether an error occurs that depends on unknown values.
-    found.constraints.extend(model.errors.iter().map(|&error| !of(&pairs, error).0));
+    found.constraints.extend(model.errors.iter().map(|&error| match of(&pairs, error) {
+        (_, no) if strict.errors => no,
+        (yes, _) => !yes,
+    }));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();
@@ -157,7 +169,7 @@ mod tests {
             2 => Treatment::Zero,
             _ => Treatment::Free,
         };
-        let found = lower_bound_model(&model, &unknown, true);
+        let found = lower_bound_model(&model, &unknown, Strict { paths: true, errors: false });
         let run = |x0: u16| {
             let assignment = Assignment(vec![x0, 1, 1]);
             let all: Vec<usize> = (0..found.charges.len()).collect();

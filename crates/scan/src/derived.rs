@@ -18,7 +18,7 @@ pub enum Function {
         /// Whether both numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,
     },
-    /// The remainder, with the dividend's sign; any value if the divisor is 0.
+    /// The remainder (if signed, with the dividend's sign); any value if the divisor is 0.
     Remainder {
         /// Whether both numbers are in two's complement. Otherwise they are unsigned.
         signed: bool,

@@ -95,7 +95,11 @@ pub fn maxima(
         }
     });
     let found = results.into_iter().map(|place| place.into_inner().ok().flatten());
-    found.map(|maximum| maximum.expect("the scope ends when every group is done")).collect()
+    found
+        .map(|maximum| {
+            maximum.expect("each group's search stored its result before the scope ended")
+        })
+        .collect()
 }
 
 fn weight(group: &Group) -> usize {

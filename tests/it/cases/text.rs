@@ -393,7 +393,7 @@ fn messages_say_what_is_missing_and_what_to_do() {
             assert!(!text.contains(wrong), "{file}: {text}");
         }
     };
-    told("body.st", &["without a PROGRAM", "PROGRAM name", "END_PROGRAM"]);
+    told("body.st", &["does not begin with PROGRAM", "PROGRAM name", "END_PROGRAM"]);
     told("MAIN.TcPOU", &["TwinCAT", "PLCopen XML"]);
     told("net.pnml", &["Petri net", "scanbound snet check"]);
     told("external.st", &["dist is declared as VAR_EXTERNAL", "VAR_GLOBAL"]);

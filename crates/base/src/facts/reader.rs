@@ -294,7 +294,9 @@ impl Reader<'_> {
             ),
             _ => self.fault(
                 Some(value.span()),
-                format!("the range of {device} must be two integers: [min, max]"),
+                format!(
+                    "the range of {device} must be two integers, [min, max], with min not above max"
+                ),
                 "write D100 = [0, 10]; put a device with a point in its name in quotes: \"D10.A\"",
             ),
         }
@@ -348,7 +350,7 @@ impl Reader<'_> {
                     }
                     _ => self.fault(
                         Some(value.span()),
-                        format!("the range of the index '{place}' must be two integers: [min, max]"),
+                        format!("the range of the index '{place}' must be two integers, [min, max], with min not above max"),
                         "write Z0 = [0, 99], or \"MAIN.csv:924\" = [0, 99]",
                     ),
                 }
@@ -722,7 +724,10 @@ mod tests {
             [
                 (Some(1), "[speed] is not a table of a facts file"),
                 (Some(3), "the range of D1 is empty: 3 is above 1"),
-                (Some(4), "the range of D2 must be two integers: [min, max]"),
+                (
+                    Some(4),
+                    "the range of D2 must be two integers, [min, max], with min not above max"
+                ),
                 (Some(6), "the number of interrupts of I0 must be a whole number from 0 on"),
                 (Some(8), "[io] cannot have a key 'modules'"),
                 (Some(9), "latched in [io] must be true or false"),

@@ -141,7 +141,13 @@ impl Lowering<'_> {
             _ => return None,
         };
         let first = Cell { area: cells, index: 0 };
-        Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
+        let base = i64::from(number) + i64::from(offset);
+        // How many file registers there are is a parameter without a default.
+        let error_from = match device.name {
+            "ZR" | "R" => u32::MAX,
+            _ => self.devices_of(cells).unwrap_or(0),
+        };
+        Some(Address::within(first, count, base, vec![term]).with_errors_from(error_from))
     }
 
     /// The words of an indexed device, whose addresses are computed where they are read. `None` if the address cannot

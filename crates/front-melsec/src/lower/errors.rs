@@ -167,6 +167,9 @@ impl Lowering<'_> {
         };
         let most = i64::from(room / unit.saturating_mul(each).max(1));
         match self.constant(&raw.operands[operand]) {
+            // If the program names a device beyond the default number, the parameters state how many there are. They
+            // are assumed to be enough for blocks of constant length.
+            Some(_) if self.names_beyond_default(area) => None,
             Some(count) => (count > most).then_some(Logic::Const(true)),
             None => {
                 let words = self.count_words(raw, entry, operand)?;
@@ -178,7 +181,17 @@ impl Lowering<'_> {
     }
 
     /// The number of devices of an area: the CPU's default, or more if the program names more. `None` if unknown.
-    fn devices_of(&self, cells: AreaId) -> Option<u32> {
+    pub(super) fn devices_of(&self, cells: AreaId) -> Option<u32> {
+        let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
+        Some(self.default_devices(cells)?.max(highest))
+    }
+
+    fn names_beyond_default(&self, cells: AreaId) -> bool {
+        let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
+        self.default_devices(cells).is_some_and(|known| highest > known)
+    }
+
+    fn default_devices(&self, cells: AreaId) -> Option<u32> {
         let defaults: &[(&str, u32)] = match self.family {
             Family::Q | Family::L => &[
                 ("X", 8192),
@@ -193,8 +206,7 @@ impl Lowering<'_> {
             Family::Fx5 => &[("M", 7680), ("L", 7680), ("B", 256), ("D", 8000), ("W", 512)],
             Family::Fx => &[],
         };
-        let known = defaults.iter().find(|(name, _)| area(name) == cells)?.1;
-        Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
+        defaults.iter().find(|(name, _)| area(name) == cells).map(|(_, known)| *known)
     }
 
     /// Records an operation error at each loop and call that is nested too deeply. Does nothing if the CPU continues

@@ -18,6 +18,7 @@ impl Resolver<'_> {
         let own = project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned();
         // Programs without a task run together in one task.
         let (loose, mut named): (Vec<_>, Vec<_>) = own.partition(|task| task.name.is_empty());
+        let is_apart = loose.windows(2).any(|both| !same(&both[0].resource, &both[1].resource));
         if let Some(mut first) = loose.first().cloned() {
             first.instances = loose.into_iter().flat_map(|task| task.instances).collect();
             named.push(first);
@@ -26,7 +27,8 @@ impl Resolver<'_> {
             let programs = project.pous.iter().filter(|pou| pou.kind == PouKind::Program);
             let instances = programs.map(|pou| (pou.name.clone(), pou.name.clone())).collect();
             let name = String::new();
-            named.push(scanbound_iec::Task { name, interval: None, priority: None, instances });
+            let (resource, interval, priority) = (String::new(), None, None);
+            named.push(scanbound_iec::Task { name, resource, interval, priority, instances });
         }
         for task in named {
             let programs = task.instances.iter().map(|(name, of)| {
@@ -55,6 +57,12 @@ impl Resolver<'_> {
         for task in tasks.iter_mut().filter(|task| task.name.is_empty()) {
             task.name = NO_TASK.to_owned();
             task.priority = task.priority.or(Some(i64::MAX));
+        }
+        if let Some(task) = tasks.iter_mut().find(|task| is_apart && task.name == NO_TASK) {
+            let told = "programs without a task belong to several resources, which are processors of their own";
+            let fault =
+                Fault::new(1, told).code(Code::NotModelled).help("audit each resource by itself");
+            task.programs.push(Err(fault));
         }
         for at in 1..tasks.len() {
             let (before, rest) = tasks.split_at_mut(at);

@@ -438,13 +438,14 @@ fn action_body(cursor: &mut Cursor) -> Result<Body, Fault> {
 }
 
 fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
-    cursor.name("a configuration's name")?;
+    let configuration = cursor.name("a configuration's name")?;
+    let mut resource = String::new();
     while !cursor.take_word("END_CONFIGURATION") {
         if let Some(section) = section(cursor) {
             let found = variables(cursor, section)?;
             project.globals.push((String::new(), found));
         } else if cursor.take_word("RESOURCE") {
-            cursor.name("a resource's name")?;
+            resource = format!("{configuration} {}", cursor.name("a resource's name")?);
             cursor.word("ON")?;
             cursor.name("a processor's name")?;
         } else if cursor.take_word("END_RESOURCE") || cursor.take_sign(";") {
@@ -452,9 +453,10 @@ fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault
             let name = cursor.name("a task's name")?;
             let (interval, priority) = task(cursor)?;
             cursor.sign(";")?;
-            project.tasks.push(Task { name, interval, priority, instances: Vec::new() });
+            let (resource, instances) = (resource.clone(), Vec::new());
+            project.tasks.push(Task { name, resource, interval, priority, instances });
         } else if cursor.take_word("PROGRAM") {
-            instance(cursor, project)?;
+            instance(cursor, project, &resource)?;
         } else {
             return Err(cursor.unexpected("TASK, PROGRAM or END_CONFIGURATION"));
         }
@@ -463,7 +465,7 @@ fn configuration(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault
 }
 
 /// Parses a program instance: `name WITH task : type (...);`.
-fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
+fn instance(cursor: &mut Cursor, project: &mut Project, resource: &str) -> Result<(), Fault> {
     let is_retained = cursor.take_word("RETAIN");
     let _ = cursor.take_word("NON_RETAIN");
     let line = cursor.line();
@@ -481,10 +483,12 @@ fn instance(cursor: &mut Cursor, project: &mut Project) -> Result<(), Fault> {
     if is_retained {
         project.retained.push(of.clone());
     }
-    match project.tasks.iter_mut().rev().find(|own| same(&own.name, &task)) {
+    let is_own = |own: &&mut Task| same(&own.name, &task) && same(&own.resource, resource);
+    match project.tasks.iter_mut().rev().find(is_own) {
         Some(own) => own.instances.push((name, of)),
         None if task.is_empty() => project.tasks.push(Task {
             name: task,
+            resource: resource.to_owned(),
             interval: None,
             priority: None,
             instances: vec![(name, of)],

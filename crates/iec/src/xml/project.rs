@@ -68,6 +68,7 @@ impl<'t> Reader<'t> {
                     let instance = self.instance(node);
                     self.project.tasks.push(Task {
                         name: String::new(),
+                        resource: resource(node),
                         interval: None,
                         priority: None,
                         instances: instance.into_iter().collect(),
@@ -120,7 +121,8 @@ impl<'t> Reader<'t> {
         let priority = node.attribute("priority").map(str::to_owned);
         let instances =
             children(node, "pouInstance").filter_map(|one| self.instance(one)).collect();
-        self.project.tasks.push(Task { name, interval, priority, instances });
+        let resource = resource(node);
+        self.project.tasks.push(Task { name, resource, interval, priority, instances });
     }
 
     /// The names of a program instance and of its program; `None` with a fault if both are missing.
@@ -361,4 +363,12 @@ fn interval(text: &str) -> Option<i64> {
         return None;
     }
     parse::duration(&rest.to_ascii_lowercase())
+}
+
+/// The names of the configuration and resource that hold an element; empty if there is none.
+fn resource(node: Node<'_, '_>) -> String {
+    let is_holder =
+        |one: &Node<'_, '_>| ["configuration", "resource"].contains(&one.tag_name().name());
+    let names = node.ancestors().filter(is_holder).map(|one| one.attribute("name").unwrap_or(""));
+    names.collect::<Vec<_>>().join(" ")
 }
