@@ -257,7 +257,7 @@ fn seek(search: &RunSearch<'_>, asked: &[FactCheck], found: &mut RunResults) -> 
         let mut sure = lower_bound_model(
             &full,
             &|variable| standing(program, &summary, &full, variable),
-            Strict::default(),
+            &Strict::default(),
         );
         let charges = std::mem::take(&mut sure.charges);
         let mut news = false;

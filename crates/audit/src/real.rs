@@ -32,6 +32,8 @@ const LARGEST_FIRST: usize = 100_000;
 const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
 /// A round was worth its time if it made the run longer by at least 1/`WORTH`.
 const WORTH: u64 = 100;
+/// The largest number of instructions at which the search avoids possible operation errors.
+const MAX_AVOIDED: usize = 20;
 /// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
 /// longer.
 const MAX_DECISIONS: u64 = 200_000;
@@ -226,7 +228,7 @@ impl RunSearch<'_> {
         gates: &mut usize,
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let (mut goes_on, mut avoids_errors) = (false, false);
+        let (mut goes_on, mut avoided) = (false, BTreeSet::new());
         for _ in 0..MAX_ROUNDS {
             let is_long = upper.is_some_and(|upper| found.best.replay.total >= upper);
             let reached = is_long && found.best.is_possible();
@@ -236,7 +238,7 @@ impl RunSearch<'_> {
             let Some(model) = self.model_of(&found.knowledge) else { break };
             found.gates = model.circuit.nodes().len();
             let before = *gates;
-            let longest = self.longest_known(&model, &summary, avoids_errors, gates);
+            let longest = self.longest_known(&model, &summary, &avoided, gates);
             let Some((start, most)) = longest else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
@@ -249,9 +251,9 @@ impl RunSearch<'_> {
             // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
-            // If a run ends where an operation error may occur, scans without such errors are searched for.
-            let turns = !avoids_errors && self.ends_in_error(&one);
-            avoids_errors |= turns;
+            // If a run ends where an operation error may occur, scans without that error are searched for.
+            let turns = avoided.len() < MAX_AVOIDED
+                && self.error_that_ends(&one).is_some_and(|at| avoided.insert(at));
             found.keep_better(one, start);
             if left || *gates > MAX_GATES || !turns && (total >= most || !news || !goes_on) {
                 break;
@@ -260,13 +262,13 @@ impl RunSearch<'_> {
         Ok(goes_on)
     }
 
-    /// Whether a run ends at an instruction because an operation error occurs there, or may occur.
-    fn ends_in_error(&self, run: &RealRun) -> bool {
-        run.stopped.as_ref().is_some_and(|stopped| {
-            stopped.reason == StopReason::Error
-                || matches!(stopped.reason, StopReason::Unknown(_))
-                    && self.program.errors.contains_key(&stopped.at)
-        })
+    /// The instruction at which a run ends because an operation error occurs there, or may occur.
+    fn error_that_ends(&self, run: &RealRun) -> Option<usize> {
+        let Stopped { at, reason, .. } = run.stopped.as_ref()?;
+        let is_unknown = matches!(reason, StopReason::Unknown(_));
+        let may_fail =
+            *reason == StopReason::Error || is_unknown && self.program.errors.contains_key(at);
+        may_fail.then_some(*at)
     }
 
     /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
@@ -283,22 +285,23 @@ impl RunSearch<'_> {
 
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
     /// If every path depends on unknown values, what depends on them counts with its smallest time. `None` if no scan
-    /// satisfies the constraints. If `avoids_errors`, scans in which an operation error may occur come last. Adds the
-    /// models' size to `gates`.
+    /// satisfies the constraints. Scans in which an operation error may occur at an instruction in `avoided` come last.
+    /// Adds the models' size to `gates`.
     fn longest_known(
         &self,
         full: &ScanModel,
         summary: &BTreeSet<ChoiceId>,
-        avoids_errors: bool,
+        avoided: &BTreeSet<usize>,
         gates: &mut usize,
     ) -> Option<(Witness, Picos)> {
         let standing = |variable| standing(self.program, summary, full, variable);
-        let strictness = [(true, true), (false, true), (true, false), (false, false)];
-        let strictness = strictness.into_iter().skip(if avoids_errors { 0 } else { 2 });
+        let none = BTreeSet::new();
+        let strictness = [(true, avoided), (false, avoided), (true, &none), (false, &none)];
+        let strictness = strictness.into_iter().skip(if avoided.is_empty() { 2 } else { 0 });
         *gates += full.circuit.nodes().len();
-        strictness.into_iter().find_map(|(is_strict, avoids_errors)| {
-            let strict = Strict { paths: is_strict, errors: avoids_errors };
-            let model = lower_bound_model(full, &standing, strict);
+        strictness.into_iter().find_map(|(paths, errors)| {
+            let strict = Strict { paths, errors: errors.clone() };
+            let model = lower_bound_model(full, &standing, &strict);
             *gates += model.circuit.nodes().len();
             let (assignment, most) = self.longest(&model)?;
             Some((witness(&model, &assignment), most))
@@ -339,7 +342,7 @@ impl RunSearch<'_> {
             }
         }
         let summary = summary_choices(self.program);
-        self.longest_known(&model, &summary, false, &mut 0).map(|(start, _)| start)
+        self.longest_known(&model, &summary, &BTreeSet::new(), &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {

@@ -335,7 +335,7 @@ impl<'a> States<'a> {
         }
         let changed = self.changed(&memories, left, &bits, &exclusive, &size)?;
         let standing = |variable| self.standing(&full, variable);
-        let (model, ends) = lower_bound_model_with(&full, &standing, Strict::default(), &ends);
+        let (model, ends) = lower_bound_model_with(&full, &standing, &Strict::default(), &ends);
         let mut ends: BTreeMap<BitTarget, (Lit, Lit)> = bits.iter().copied().zip(ends).collect();
         bits.retain(|bit| changed.contains(bit));
         ends.retain(|bit, _| changed.contains(bit));

@@ -3,6 +3,7 @@
 
 use super::{Atom, Charge, Circuit, Lit, Node, ScanModel, VarId};
 use scanbound_base::time::Picos;
+use std::collections::BTreeSet;
 
 /// What the search for a lower bound may assume about a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,12 +17,13 @@ pub enum Treatment {
 }
 
 /// Which scans a model for lower bounds excludes besides those that are certainly impossible.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Strict {
     /// Whether scans are excluded in which it is unknown whether control reaches a charge with a time.
     pub paths: bool,
-    /// Whether scans are excluded in which it is unknown whether an operation error occurs.
-    pub errors: bool,
+    /// The instructions, as indices into `Program::instructions`: scans are excluded in which it is unknown whether an
+    /// operation error occurs at one of them.
+    pub errors: BTreeSet<usize>,
 }
 
 /// Two literals for one node of the old circuit: that the node is certainly true whatever the unknown values are, and
@@ -36,7 +38,7 @@ type Pair = (Lit, Lit);
 pub fn lower_bound_model(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: Strict,
+    strict: &Strict,
 ) -> ScanModel {
     lower_bound_model_with(model, standing, strict, &[]).0
 }
@@ -47,7 +49,7 @@ pub fn lower_bound_model(
 pub fn lower_bound_model_with(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: Strict,
+    strict: &Strict,
     literals: &[Lit],
 ) -> (ScanModel, Vec<(Lit, Lit)>) {
     let mut circuit = Circuit::default();
@@ -114,8 +116,8 @@ pub fn lower_bound_model_with(
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
     // The real run finds out whether an error occurs that depends on unknown values.
-    found.constraints.extend(model.errors.iter().map(|&error| match of(&pairs, error) {
-        (_, no) if strict.errors => no,
+    found.constraints.extend(model.errors.iter().map(|&(at, error)| match of(&pairs, error) {
+        (_, no) if strict.errors.contains(&at) => no,
         (yes, _) => !yes,
     }));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
@@ -169,7 +171,8 @@ mod tests {
             2 => Treatment::Zero,
             _ => Treatment::Free,
         };
-        let found = lower_bound_model(&model, &unknown, Strict { paths: true, errors: false });
+        let found =
+            lower_bound_model(&model, &unknown, &Strict { paths: true, ..Strict::default() });
         let run = |x0: u16| {
             let assignment = Assignment(vec![x0, 1, 1]);
             let all: Vec<usize> = (0..found.charges.len()).collect();

@@ -142,9 +142,11 @@ impl Lowering<'_> {
         };
         let first = Cell { area: cells, index: 0 };
         let base = i64::from(number) + i64::from(offset);
-        // How many file registers there are is a parameter without a default.
+        // How many file registers there are is a parameter without a default, and so is the number of other devices if
+        // the program names one beyond the default.
         let error_from = match device.name {
             "ZR" | "R" => u32::MAX,
+            _ if self.names_beyond_default(cells) => u32::MAX,
             _ => self.devices_of(cells).unwrap_or(0),
         };
         Some(Address::within(first, count, base, vec![term]).with_errors_from(error_from))

@@ -186,7 +186,8 @@ impl Lowering<'_> {
         Some(self.default_devices(cells)?.max(highest))
     }
 
-    fn names_beyond_default(&self, cells: AreaId) -> bool {
+    /// Whether the program names a device of an area beyond the CPU's default number.
+    pub(super) fn names_beyond_default(&self, cells: AreaId) -> bool {
         let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
         self.default_devices(cells).is_some_and(|known| highest > known)
     }
