@@ -262,9 +262,18 @@ impl<'t> Lower<'t> {
             one.to.iter().for_each(|&step| entering[step].push(number));
             let key = Assembler::key(&["TRANSITION"], "nothing");
             self.act_where(key, Vec::new(), enabled.clone());
-            let skip = self.jump(enabled.not(), None);
+            let evaluated = match self.options.charts.may_evaluate_all {
+                true => {
+                    let all = self
+                        .differs("the conditions of all transitions are evaluated in each scan");
+                    self.keep_bit(any([enabled.clone(), all]))
+                }
+                false => enabled.clone(),
+            };
+            let skip = self.jump(evaluated.not(), None);
             match self.bit(own.at, &own.chart.conditions[number]) {
                 Ok(condition) => {
+                    let condition = all([enabled, condition]);
                     let effects = vec![always(set(memory.clears[number], condition.clone()))];
                     let key = Assembler::key(&["CLEAR"], "nothing");
                     self.act_where(key, effects, condition);
@@ -477,6 +486,19 @@ impl<'t> Lower<'t> {
 /// CODESYS that is not followed; and one that may restart while actions are stored, because it is not documented whether
 /// these stay stored.
 fn is_followed(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
+    let returns = |step: usize| {
+        written.transitions.iter().find(|one| one.from.contains(&step) && one.to.contains(&step))
+    };
+    let hooked = chart
+        .steps
+        .iter()
+        .enumerate()
+        .filter(|(_, step)| step.entry.is_some() || step.exit.is_some());
+    if let Some(one) = { hooked }.find_map(|(step, _)| returns(step)) {
+        let message = "a transition leads back to its own step, which has an entry or exit action: whether these are executed is not known";
+        let help = "put another step in between";
+        return Err(Fault::new(one.line, message).code(FaultCode::NotModelled).help(help));
+    }
     if !keeps_steps {
         let message =
             "functions and methods have no charts, because they keep no steps from call to call";

@@ -31,6 +31,8 @@ pub(crate) struct SourceTraits {
     pub(crate) begins_with_more: bool,
     /// Whether a chart's actions are executed before its transitions are evaluated, as CODESYS and TwinCAT do.
     pub(crate) actions_first: bool,
+    /// Whether the conditions of all transitions may be evaluated in each scan (a setting of CODESYS and TwinCAT).
+    pub(crate) may_evaluate_all: bool,
 }
 
 /// Lowers a project to a program. `with_unused` also lowers function blocks with charts that no program has an instance
@@ -46,7 +48,9 @@ pub(crate) fn decode(
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
     // This is the order of CODESYS and TwinCAT alone.
-    traits.actions_first |= asked.facts.action_order == Some(ActionOrder::Alphabetical);
+    let is_of_codesys = asked.facts.action_order == Some(ActionOrder::Alphabetical);
+    traits.may_evaluate_all |= is_of_codesys && !traits.actions_first;
+    traits.actions_first |= is_of_codesys;
     let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
@@ -64,6 +68,7 @@ pub(crate) fn decode(
         with_unused,
         charts: super::ChartOptions {
             actions_first: traits.actions_first,
+            may_evaluate_all: traits.may_evaluate_all,
             competing: Competing::new(project, asked.facts, traits.actions_first, 0),
             action_order: asked.facts.action_order,
             drawn_last_scan: asked.facts.drawn_last_scan,

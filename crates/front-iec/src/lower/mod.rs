@@ -75,6 +75,8 @@ struct Options {
 struct ChartOptions {
     /// Whether actions are executed before transitions are evaluated.
     actions_first: bool,
+    /// Whether the conditions of all transitions may be evaluated in each scan.
+    may_evaluate_all: bool,
     /// Which transitions clear when several compete without stated priorities.
     competing: Competing,
     /// The order in which actions are executed, if the user states it.

@@ -22,7 +22,21 @@ pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
         };
         found.extend(list_of(text, list, section));
     }
+    // If the variables of a section have different attributes, CODESYS writes these beside the sections.
+    let around = node.parent().unwrap_or(node).descendants();
+    let beside = around.filter(|one| one.tag_name().name() == "MixedAttrsVarList");
+    for list in beside.flat_map(elements).filter(|list| is_retained(*list)) {
+        let named = |own: &Variable| {
+            children(list, "variable")
+                .any(|one| one.attribute("name").is_some_and(|name| same(name, &own.name)))
+        };
+        found.iter_mut().for_each(|own| own.retain |= named(own));
+    }
     found
+}
+
+fn is_retained(list: Node<'_, '_>) -> bool {
+    is(list, "retain") || is(list, "persistent")
 }
 
 /// The variables of one section.
@@ -39,7 +53,7 @@ pub(super) fn list_of(text: &Text, list: Node<'_, '_>, section: Section) -> Vec<
                 initial,
                 at: one.attribute("address").map(str::to_ascii_uppercase),
                 constant: is(list, "constant"),
-                retain: is(list, "retain") || is(list, "persistent"),
+                retain: is_retained(list),
                 ..Variable::new(one.attribute("name")?, section, of, line)
             })
         })

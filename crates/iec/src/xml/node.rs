@@ -56,6 +56,18 @@ pub fn is_of_codesys(text: &str) -> bool {
     text.contains("3s-software.com") || header.is_some_and(|(header, _)| names_codesys(header))
 }
 
+/// Whether a file of CODESYS or TwinCAT says of all its charts that only the conditions of active transitions are
+/// evaluated.
+#[must_use]
+pub fn evaluates_active_conditions_only(text: &str) -> bool {
+    // Some versions misspell the name.
+    let mut found = text.split("<CalcActiveTra").skip(1).filter_map(|behind| {
+        let (_, value) = behind.split_once('>')?;
+        Some(value.trim_start().starts_with("true") || value.trim_start().starts_with("True"))
+    });
+    found.next().is_some_and(|first| first && found.all(|is_true| is_true))
+}
+
 impl Text {
     pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');

@@ -3,7 +3,7 @@
 use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition_body};
 use super::interface::{addresses, begins_with, extends, list_of, type_ref, variables};
-use super::node::{Text, child, children, elements};
+use super::node::{EXCLUDED, Text, child, children, elements};
 use super::reading::Reading;
 use crate::ast::Path;
 use crate::chart::expansion::complete;
@@ -14,6 +14,7 @@ use crate::{
     same,
 };
 use roxmltree::Node;
+use scanbound_base::code::Code;
 use std::collections::BTreeSet;
 
 /// The state while a project's tree is read.
@@ -41,6 +42,10 @@ impl<'t> Reader<'t> {
             match node.tag_name().name() {
                 "data" if data_name(node) == Some("attributes") => {
                     let fault = attribute(self.text, node).map(|fault| (0, fault));
+                    self.project.unread.extend(fault);
+                }
+                "SFCSettings" | "BuildProperties" | "attribute" => {
+                    let fault = setting(self.text, node).map(|fault| (0, fault));
                     self.project.unread.extend(fault);
                 }
                 "pou" if node.attribute("pouType").is_some() => {
@@ -225,6 +230,8 @@ impl<'t> Reader<'t> {
             }
             let own = children(one, "Implements").filter_map(|own| own.text());
             pou.implements.extend(own.map(last_name));
+            pou.is_private |= one.tag_name().name() == "AccessModifiers"
+                && one.attribute("Private").is_some_and(|own| own.eq_ignore_ascii_case("true"));
         }
         self.parts(node, &mut pou);
         pou
@@ -371,4 +378,36 @@ fn resource(node: Node<'_, '_>) -> String {
         |one: &Node<'_, '_>| ["configuration", "resource"].contains(&one.tag_name().name());
     let names = node.ancestors().filter(is_holder).map(|one| one.attribute("name").unwrap_or(""));
     names.collect::<Vec<_>>().join(" ")
+}
+
+/// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there is
+/// none.
+fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
+    let is_true = |one: &Node<'_, '_>| {
+        one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
+    };
+    // Flags that the tool declares itself, so that they are not among the variables.
+    let is_used = |one: &Node<'_, '_>| {
+        let is_flag = ["Init", "Reset", "Pause", "QuitError", "Tip", "TipMode"]
+            .contains(&one.tag_name().name());
+        is_flag && one.attribute("Use").is_some_and(|used| used.eq_ignore_ascii_case("true"))
+    };
+    let what = match node.tag_name().name() {
+        "SFCSettings" => {
+            let flag = node.descendants().find(is_used)?.tag_name().name();
+            format!("the settings of the chart use the flag SFC{flag}")
+        }
+        "BuildProperties" => {
+            let is_other = |one: &Node<'_, '_>| one.tag_name().name() != "LinkAlways";
+            let property = elements(node).filter(is_other).find(is_true)?.tag_name().name();
+            format!("the build property {property} is set")
+        }
+        _ => {
+            let is_excluded = node.attribute("guid") == Some(EXCLUDED) && is_true(&node);
+            is_excluded.then(|| "an element is excluded".to_owned())?
+        }
+    };
+    let help = "change this in the programming tool, and export the project again";
+    let fault = text.fault(node, format!("{what}, which is not followed"));
+    Some(fault.code(Code::NotModelled).help(help))
 }

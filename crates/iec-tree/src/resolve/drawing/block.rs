@@ -6,7 +6,6 @@ use super::super::resolver::Resolver;
 use super::state::{Drawer, Key, Output, Use, at_element, resolved};
 use super::worth::Worth;
 use crate::blocks::StandardBlock;
-use crate::declarations::VarId;
 use crate::show;
 use crate::tree::StatementKind;
 use crate::types::{TEXT, Type, TypeId};
@@ -312,6 +311,10 @@ impl<'d> Drawer<'_, '_, 'd> {
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         };
         let key = self.result_key((id, named));
+        // The variable that was declared for its first value is used for the result.
+        if let Some(&begun) = self.hidden.variables.get(&(Use::Begun, (id, named), 1)) {
+            self.hidden.is_stale |= self.hidden.variables.insert(key, begun).is_none();
+        }
         let variable = self.variable(key, ty);
         self.note_for_condition(variable, one, Some(named));
         Ok(())
@@ -331,7 +334,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             block.outputs.iter().map(|pin| pin.name.as_str()).find(|name| is_enabled(name));
         for output in block.results().chain(enable) {
             let result = self.hidden.variables.get(&self.result_key((id, output)));
-            if result.is_some_and(|id| !self.resolver.is_elementary(*id)) {
+            // A variable that keeps the result is initialized like the function's other variables.
+            if result.is_some() {
                 continue;
             }
             let ty = self.output_type(id, output, &mut BTreeSet::new());
@@ -468,10 +472,6 @@ impl<'d> Drawer<'_, '_, 'd> {
 }
 
 impl Resolver<'_> {
-    fn is_elementary(&self, id: VarId) -> bool {
-        matches!(self.tree.types.get(self.tree.variable(id).ty), Type::Elementary(_))
-    }
-
     /// Whether the first output drawn at a function is an output parameter of a function or method of that name, not
     /// its result.
     fn declares_output(&self, block: &Block) -> bool {

@@ -11,7 +11,7 @@ use crate::tree::{Statement, StatementKind};
 use crate::types::TypeId;
 use scanbound_base::code::Code;
 use scanbound_iec::ast::Held as HeldOutput;
-use scanbound_iec::drawing::{Drawing, Edge, Element, ElementId, ElementKind};
+use scanbound_iec::drawing::{Drawing, Edge, Element, ElementId};
 use scanbound_iec::fault::Fault;
 use scanbound_iec::written::behind_edges;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,8 +54,6 @@ pub(super) struct Sheet<'d> {
     pub(super) scope: Scope,
     /// Whether it has jumps, labels or returns.
     pub(super) has_jumps: bool,
-    /// Whether it has connectors.
-    pub(super) has_connectors: bool,
     /// Contacts with edges, and the contacts and coils after them.
     pub(super) behind_edges: BTreeSet<ElementId>,
 }
@@ -143,9 +141,8 @@ impl<'d> Sheet<'d> {
             let help = "give each a number of its own";
             return Err(one.fault(what).code(Code::NotModelled).help(help));
         }
-        let has_connectors = drawing.elements.iter().any(|one| one.kind == ElementKind::Connector);
         let behind_edges = behind_edges(drawing);
-        Ok(Sheet { drawing, scope, has_jumps, has_connectors, behind_edges })
+        Ok(Sheet { drawing, scope, has_jumps, behind_edges })
     }
 }
 

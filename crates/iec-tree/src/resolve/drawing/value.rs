@@ -512,8 +512,8 @@ impl<'d> Drawer<'_, '_, 'd> {
             return Ok(shows);
         };
         match self.sheet.has_jumps || self.has_changed(&first.held) {
-            // Generated code evaluates a connector's value once for all its continuations.
-            true if self.is_generated && !self.sheet.has_connectors => Ok(shows),
+            // Drawings with an edge before a connector that is used several times are refused.
+            true if self.is_generated => Ok(shows),
             true => self.either(first.value, shows),
             false => Ok(first.value),
         }
