@@ -227,6 +227,10 @@ impl<'a> Findings<'a> {
             unknowns: self.unknowns(bound.upper),
             what_if: None,
             coactivity: None,
+            bounded_task: match &self.program.tasks[..] {
+                [first, _, ..] => Some(first.name.clone()),
+                _ => None,
+            },
             tasks: Vec::new(),
             net: None,
             ladder: None,

@@ -100,6 +100,8 @@ pub struct Audit {
     /// The bound if steps and stored actions of charts were not mutually exclusive. `None` if there are no charts, or
     /// if that was not computed.
     pub coactivity: Option<Coactivity>,
+    /// The task whose scan is bounded, if the project has several.
+    pub bounded_task: Option<String>,
     /// The tasks of the project, the one whose scan is bounded first. Empty if there is only one, or if that was not
     /// requested.
     pub tasks: Vec<TaskUse>,

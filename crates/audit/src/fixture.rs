@@ -211,6 +211,7 @@ pub fn fixture() -> Audit {
         }],
         what_if: None,
         coactivity: None,
+        bounded_task: None,
         tasks: Vec::new(),
         net: None,
         ladder: None,

@@ -52,6 +52,8 @@ pub struct Orders {
     pub declared_is_clear: bool,
     /// By name, ignoring case.
     pub alphabetical: Vec<usize>,
+    /// Whether this is the order by name wherever `_` stands among letters and digits.
+    pub alphabetical_is_clear: bool,
 }
 
 /// An action of a chart.

@@ -78,8 +78,12 @@ impl Cells {
 /// The possible passes over the actions of a chart. `stated` is the order that the user states, which leaves one order
 /// if it is clear.
 pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
-    let Orders { declared, declared_is_clear, alphabetical } = orders;
-    let stated = stated.filter(|one| *one != ActionOrder::Declared || *declared_is_clear);
+    let Orders { declared, declared_is_clear, alphabetical, alphabetical_is_clear } = orders;
+    let stated = stated.filter(|one| match one {
+        ActionOrder::Named => true,
+        ActionOrder::Declared => *declared_is_clear,
+        ActionOrder::Alphabetical => *alphabetical_is_clear,
+    });
     let named: Vec<usize> = (0..declared.len()).collect();
     let round = |order: &[usize], ended, of| Round { order: order.to_vec(), ended, of };
     let all = ActionOrder::ALL.into_iter().filter(|&one| stated.is_none_or(|own| own == one));

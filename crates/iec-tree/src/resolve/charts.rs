@@ -19,6 +19,9 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let names = chart.actions();
     let mut alphabetical: Vec<usize> = (0..names.len()).collect();
     alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
+    // Tools may put `_` before or after letters and digits.
+    let first = |at: usize| names[at].to_ascii_uppercase().replace('_', " ");
+    let alphabetical_is_clear = alphabetical.is_sorted_by_key(|&at| first(at));
     // Boolean variables come first, then actions in order of declaration, then inline bodies and actions of instances.
     let rank = |&at: &usize| {
         let name = &names[at];
@@ -31,7 +34,7 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let mut declared: Vec<usize> = (0..names.len()).collect();
     declared.sort_by_key(rank);
     if chart.span.is_none() {
-        return Orders { declared, alphabetical, declared_is_clear: true };
+        return Orders { declared, alphabetical, declared_is_clear: true, alphabetical_is_clear };
     }
     let mut generated = as_generated(chart, &names);
     generated.sort_by_key(|at| rank(at).0);
@@ -40,7 +43,7 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let is_clear = generated == declared
         && !(0..chart.steps.len()).any(branches)
         && chart.transitions.iter().all(|one| one.to.len() < 2);
-    Orders { declared: generated, alphabetical, declared_is_clear: is_clear }
+    Orders { declared: generated, alphabetical, declared_is_clear: is_clear, alphabetical_is_clear }
 }
 
 /// The actions of a drawn chart in the order in which generators declare them: depth first along the transitions, from

@@ -224,7 +224,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
 
 /// How it is said that none is longer, and that one takes so long. If there are several tasks, the task is named.
 fn measured(audit: &Audit, measure: Measure) -> [String; 3] {
-    let of = audit.tasks.first().map_or(String::new(), |task| format!(" of task {}", task.name));
+    let of = audit.bounded_task.as_ref().map_or(String::new(), |name| format!(" of task {name}"));
     match measure {
         Measure::Cycle | Measure::Execution => [
             format!("no scan{of} takes longer than"),
