@@ -26,6 +26,7 @@ mod iec_drawn;
 mod iec_effects;
 mod iec_exact;
 mod iec_generated;
+mod iec_left_out;
 mod iec_loops;
 mod iec_objects;
 mod iec_orders;

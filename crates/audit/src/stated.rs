@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The largest number of facts that are reported.
 const MAX_LISTED: usize = 100;
 
-/// Refuses ranges of words if the front resolves none: only the fronts for MELSEC and OMRON do.
+/// Refuses ranges of words if the front of the program's dialect resolves none.
 ///
 /// # Errors
 /// One error for each stated range, up to a limit.
@@ -29,7 +29,9 @@ pub fn know_words(program: &Program, facts: &Facts) -> Result<(), Vec<Diagnostic
         .filter(|_| program.stated_ranges.is_empty())
         .take(MAX_LISTED)
         .map(|device| {
-            let message = format!("a range is stated for '{device}', but ranges are used only for programs with words of MELSEC and OMRON PLCs");
+            let message = format!(
+                "a range is stated for '{device}', but ranges are not used for programs of this dialect"
+            );
             facts.fault(["ranges", device], Part::Key, Code::Fact, message, "remove it")
         })
         .collect();

@@ -118,9 +118,7 @@ fn understand(
         ("indirect", request.facts.indirect.is_some()),
     ];
     if let Some((key, _)) = stated.into_iter().find(|(_, stated)| *stated && !machine.index) {
-        let message = format!(
-            "`[index] {key}` is not used for this PLC: it applies only to programs for MELSEC PLCs"
-        );
+        let message = format!("`[index] {key}` is not used for programs of this dialect");
         let fault =
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));

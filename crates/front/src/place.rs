@@ -100,8 +100,8 @@ impl Caret<'_> {
         }
     }
 
-    /// The index of the word (0: the mnemonic) of which `part` is a slice, and the byte range of `part` in it. If it is a
-    /// slice of none: a word equal to it in upper or lower case, the first operand before the mnemonic, as a whole.
+    /// The index of the word (0: the mnemonic) of which `part` is a slice, and the byte range of `part` in it. If it is
+    /// a slice of none: a word equal to it in upper or lower case, the first operand before the mnemonic, as a whole.
     /// `None` if there is neither.
     fn word(&self, part: &str) -> Option<(usize, Range<usize>)> {
         let words =

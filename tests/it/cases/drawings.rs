@@ -9,14 +9,14 @@ use scanbound::timing::table::{CLASSES, Table};
 use std::path::PathBuf;
 
 /// Writes a file for one test; its path, without blanks.
-fn written(name: &str, text: &str) -> PathBuf {
+pub(super) fn written(name: &str, text: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, text).expect("a file");
     path
 }
 
 /// A project with a block `Cost4` that takes 4 us, a block `FF`, further parts of `FF`, and a program's body.
-fn vendors(parts: &str, of_block: &str, body: &str) -> String {
+pub(super) fn vendors(parts: &str, of_block: &str, body: &str) -> String {
     let variable =
         |name: &str, of: &str| format!("<variable name=\"{name}\"><type>{of}</type></variable>");
     let cost = variable("c", "<derived name=\"Cost4\"/>");
@@ -31,12 +31,12 @@ fn vendors(parts: &str, of_block: &str, body: &str) -> String {
     )
 }
 
-fn st(text: &str) -> String {
+pub(super) fn st(text: &str) -> String {
     format!("<ST><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></ST>")
 }
 
 /// `check --limit 1us` with the tables of the attack.
-fn checked(name: &str, text: &str) -> Run {
+pub(super) fn checked(name: &str, text: &str) -> Run {
     let path = written(name, text);
     let path = path.display();
     let facts = "--table zero.csv --facts calls.toml --limit 1us";
@@ -44,7 +44,7 @@ fn checked(name: &str, text: &str) -> Run {
 }
 
 /// Refused because of what is not read, with the place.
-fn refused(name: &str, text: &str, why: &str) {
+pub(super) fn refused(name: &str, text: &str, why: &str) {
     let run = checked(name, text);
     assert_eq!(run.code, Some(2), "{name}: {}{}", run.stdout, run.stderr);
     assert!(run.stderr.contains(why), "{name}: {}", run.stderr);
@@ -142,79 +142,6 @@ fn what_vendors_add_to_a_unit_proves_nothing() {
     // Numbers of objects, and nothing.
     let harmless = "<addData><data name=\"http://www.3s-software.com/plcopenxml/objectid\"><ObjectId>1</ObjectId></data><data name=\"http://vendor.example/x\"/></addData>";
     assert_eq!(checked("vendor-harmless.xml", &vendors(harmless, "", &st(""))).code, Some(0));
-}
-
-/// Additional data of CODESYS.
-fn of_codesys(name: &str, content: &str) -> String {
-    format!(
-        "<addData><data name=\"http://www.3s-software.com/plcopenxml/{name}\">{content}</data></addData>"
-    )
-}
-
-#[test]
-fn settings_that_change_what_is_executed_are_read_or_refused() {
-    let unit = |data: &str| vendors(data, &st(""), &st(""));
-    let build = |property: &str| {
-        let set = format!("<BuildProperties><{property}>true</{property}></BuildProperties>");
-        unit(&of_codesys("buildproperties", &set))
-    };
-    refused("build-external.xml", &build("External"), "the build property External is set");
-    assert_eq!(checked("build-link.xml", &build("LinkAlways")).code, Some(0));
-    let flag = |used: &str| {
-        let flags = format!("<Flags><Pause Declare=\"true\" Use=\"{used}\"/></Flags>");
-        unit(&of_codesys("sfcsettings", &format!("<SFCSettings>{flags}</SFCSettings>")))
-    };
-    refused("flag-used.xml", &flag("true"), "the settings of the chart use the flag SFCPause");
-    assert_eq!(checked("flag-unused.xml", &flag("false")).code, Some(0));
-    // A retained variable may start with any value that a scan left in it: here, a value within a scan.
-    let variable = "<variable name=\"n\"><type><INT/></type></variable>";
-    let code = "IF n &gt; 5 THEN c(); END_IF; n := n + 1; IF n &gt; 5 THEN n := 0; END_IF;";
-    let counting = |data: &str| {
-        let text = vendors("", "", &st(code)).replace("<interface><localVars><variable name=\"c\"><type><derived name=\"Cost4\"/></type></variable><variable name=\"f\"",
-            &format!("<interface>{data}<localVars>{variable}<variable name=\"c\"><type><derived name=\"Cost4\"/></type></variable><variable name=\"f\""));
-        assert!(text.contains(variable));
-        text
-    };
-    let mixed = of_codesys(
-        "mixedattrsvarlist",
-        &format!(
-            "<MixedAttrsVarList><localVars retain=\"true\">{variable}</localVars></MixedAttrsVarList>"
-        ),
-    );
-    let proved = |name: &str, data: &str| {
-        let path = written(name, &counting(data));
-        let facts = "--table zero.csv --facts calls.toml --limit 1us --trust all";
-        scanbound("attack", &format!("check {} {facts}", path.display())).code == Some(0)
-    };
-    assert!(proved("mixed-none.xml", ""));
-    assert!(!proved("mixed-retain.xml", &mixed));
-}
-
-#[test]
-fn conditions_of_charts_of_codesys_may_all_be_evaluated() {
-    let bound = |setting: &str| {
-        let chart = format!(
-            "<SFC><step localId=\"1\" name=\"S0\" initialStep=\"true\"/>{}{}{}{}</SFC>",
-            "<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><condition><inline name=\"\"><ST><p>F() AND b</p></ST></inline></condition></transition>",
-            "<step localId=\"3\" name=\"S1\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn></step>",
-            "<transition localId=\"4\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn><condition><inline name=\"\"><ST><p>F() AND b</p></ST></inline></condition></transition>",
-            "<jumpStep localId=\"5\" targetName=\"S0\"><connectionPointIn><connection refLocalId=\"4\"/></connectionPointIn></jumpStep>"
-        );
-        let function = "<pou name=\"F\" pouType=\"function\"><interface><returnType><BOOL/></returnType></interface><body><ST><p>F := TRUE;</p></ST></body></pou>";
-        let settings = of_codesys("sfcsettings", setting) + &of_codesys("objectid", "<ObjectId/>");
-        let settings = settings.replace("</addData><addData>", "");
-        let text = program("b:BOOL", &chart)
-            .replace("<pous>", &format!("<pous>{function}"))
-            .replace("</body></pou></pous>", &format!("</body>{settings}</pou></pous>"));
-        bound("d.xml", &text, &only("CAL"))
-    };
-    let set = |value: &str| {
-        format!("<SFCSettings><CalcActiveTransOnly>{value}</CalcActiveTransOnly></SFCSettings>")
-    };
-    let only_active = bound(&set("true"));
-    assert!(only_active > 0);
-    assert!(bound(&set("false")) > only_active);
-    assert!(bound("") > only_active, "it is not said");
 }
 
 #[test]
@@ -317,7 +244,7 @@ fn drawings_and_texts_of_any_size_end_with_a_message() {
 }
 
 /// A table in which this row takes 10 us, and nothing else takes anything.
-fn only(row: &str) -> Table {
+pub(super) fn only(row: &str) -> Table {
     let mut rows = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES.iter().filter(|class| **class != row) {
         rows += &format!("@{class},0,0\n");
@@ -367,7 +294,7 @@ const ROWS: &[&str] = &[
 ];
 
 /// The bound of a text or a drawing in nanoseconds, by a table.
-fn bound(name: &str, text: &str, table: &Table) -> u64 {
+pub(super) fn bound(name: &str, text: &str, table: &Table) -> u64 {
     let inputs = [Input { name: name.to_owned(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
     let request = Request { table: Some(table), ..Request::new(&inputs, &facts) };
@@ -486,7 +413,7 @@ fn elements(all: &[&str], numbers: &[u32]) -> String {
 }
 
 /// A program with variables `name:TYPE` and a body.
-fn program(variables: &str, body: &str) -> String {
+pub(super) fn program(variables: &str, body: &str) -> String {
     let variable = |(name, of): (&str, &str)| {
         let of = match of {
             "BOOL" | "INT" | "TIME" | "WORD" => format!("<{of}/>"),

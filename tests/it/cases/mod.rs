@@ -6,6 +6,7 @@ mod drawings;
 mod melsec;
 mod names;
 mod reports;
+mod settings;
 mod start_states;
 mod text;
 mod timers;

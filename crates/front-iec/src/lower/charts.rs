@@ -483,8 +483,8 @@ impl<'t> Lower<'t> {
 }
 
 /// Refuses a chart in a function or method, which keep no steps from call to call; a chart that declares a flag of
-/// CODESYS that is not followed; and one that may restart while actions are stored, because it is not documented whether
-/// these stay stored.
+/// CODESYS that is not followed; one that may restart while actions are stored, because it is not documented whether
+/// these stay stored; and one with a transition from a step with an entry or exit action back to that step.
 fn is_followed(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
     let returns = |step: usize| {
         written.transitions.iter().find(|one| one.from.contains(&step) && one.to.contains(&step))

@@ -380,8 +380,8 @@ fn resource(node: Node<'_, '_>) -> String {
     names.collect::<Vec<_>>().join(" ")
 }
 
-/// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there is
-/// none.
+/// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there
+/// is none.
 fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
     let is_true = |one: &Node<'_, '_>| {
         one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))

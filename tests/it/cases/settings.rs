@@ -1,0 +1,77 @@
+//! Settings of CODESYS and TwinCAT that change what is executed.
+
+use super::drawings::{bound, checked, only, program, refused, st, vendors, written};
+use super::scanbound;
+
+/// Additional data of CODESYS.
+fn of_codesys(name: &str, content: &str) -> String {
+    format!(
+        "<addData><data name=\"http://www.3s-software.com/plcopenxml/{name}\">{content}</data></addData>"
+    )
+}
+
+#[test]
+fn settings_that_change_what_is_executed_are_read_or_refused() {
+    let unit = |data: &str| vendors(data, &st(""), &st(""));
+    let build = |property: &str| {
+        let set = format!("<BuildProperties><{property}>true</{property}></BuildProperties>");
+        unit(&of_codesys("buildproperties", &set))
+    };
+    refused("build-external.xml", &build("External"), "the build property External is set");
+    assert_eq!(checked("build-link.xml", &build("LinkAlways")).code, Some(0));
+    let flag = |used: &str| {
+        let flags = format!("<Flags><Pause Declare=\"true\" Use=\"{used}\"/></Flags>");
+        unit(&of_codesys("sfcsettings", &format!("<SFCSettings>{flags}</SFCSettings>")))
+    };
+    refused("flag-used.xml", &flag("true"), "the settings of the chart use the flag SFCPause");
+    assert_eq!(checked("flag-unused.xml", &flag("false")).code, Some(0));
+    // A retained variable may start with any value that a scan left in it: here, a value within a scan.
+    let variable = "<variable name=\"n\"><type><INT/></type></variable>";
+    let code = "IF n &gt; 5 THEN c(); END_IF; n := n + 1; IF n &gt; 5 THEN n := 0; END_IF;";
+    let counting = |data: &str| {
+        let text = vendors("", "", &st(code)).replace("<interface><localVars><variable name=\"c\"><type><derived name=\"Cost4\"/></type></variable><variable name=\"f\"",
+            &format!("<interface>{data}<localVars>{variable}<variable name=\"c\"><type><derived name=\"Cost4\"/></type></variable><variable name=\"f\""));
+        assert!(text.contains(variable));
+        text
+    };
+    let mixed = of_codesys(
+        "mixedattrsvarlist",
+        &format!(
+            "<MixedAttrsVarList><localVars retain=\"true\">{variable}</localVars></MixedAttrsVarList>"
+        ),
+    );
+    let proved = |name: &str, data: &str| {
+        let path = written(name, &counting(data));
+        let facts = "--table zero.csv --facts calls.toml --limit 1us --trust all";
+        scanbound("attack", &format!("check {} {facts}", path.display())).code == Some(0)
+    };
+    assert!(proved("mixed-none.xml", ""));
+    assert!(!proved("mixed-retain.xml", &mixed));
+}
+
+#[test]
+fn conditions_of_charts_of_codesys_may_all_be_evaluated() {
+    let bound = |setting: &str| {
+        let chart = format!(
+            "<SFC><step localId=\"1\" name=\"S0\" initialStep=\"true\"/>{}{}{}{}</SFC>",
+            "<transition localId=\"2\"><connectionPointIn><connection refLocalId=\"1\"/></connectionPointIn><condition><inline name=\"\"><ST><p>F() AND b</p></ST></inline></condition></transition>",
+            "<step localId=\"3\" name=\"S1\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn></step>",
+            "<transition localId=\"4\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn><condition><inline name=\"\"><ST><p>F() AND b</p></ST></inline></condition></transition>",
+            "<jumpStep localId=\"5\" targetName=\"S0\"><connectionPointIn><connection refLocalId=\"4\"/></connectionPointIn></jumpStep>"
+        );
+        let function = "<pou name=\"F\" pouType=\"function\"><interface><returnType><BOOL/></returnType></interface><body><ST><p>F := TRUE;</p></ST></body></pou>";
+        let settings = of_codesys("sfcsettings", setting) + &of_codesys("objectid", "<ObjectId/>");
+        let settings = settings.replace("</addData><addData>", "");
+        let text = program("b:BOOL", &chart)
+            .replace("<pous>", &format!("<pous>{function}"))
+            .replace("</body></pou></pous>", &format!("</body>{settings}</pou></pous>"));
+        bound("d.xml", &text, &only("CAL"))
+    };
+    let set = |value: &str| {
+        format!("<SFCSettings><CalcActiveTransOnly>{value}</CalcActiveTransOnly></SFCSettings>")
+    };
+    let only_active = bound(&set("true"));
+    assert!(only_active > 0);
+    assert!(bound(&set("false")) > only_active);
+    assert!(bound("") > only_active, "it is not said");
+}
