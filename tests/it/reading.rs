@@ -402,8 +402,8 @@ fn rows_that_are_missing_are_an_error() {
     for (rows, line, message) in [
         ("5,,LD,X0,,,\n6,,OUT,Y0,,,\n7,,END,,,,\n", 4, "steps between 0 and 4 are missing"),
         ("0,,LD,X0,,,\n2,,OUT,Y0,,,\n3,,END,,,,\n", 5, "step 1 is missing"),
-        ("0,,LD,X0,,,\n1,,OUT,Y0,,,\n150,,LD,X1,,,\n151,,END,,,,\n", 6, "steps 2 to 149"),
-        ("0,,LD,X0,,,\n1,,ANB,,,,\n9,,OUT,Y0,,,\n10,,END,,,,\n", 6, "steps 2 to 8"),
+        ("0,,LD,X0,,,\n1,,OUT,Y0,,,\n150,,LD,X1,,,\n151,,END,,,,\n", 6, "steps between 2 and 149"),
+        ("0,,LD,X0,,,\n1,,ANB,,,,\n9,,OUT,Y0,,,\n10,,END,,,,\n", 6, "steps between 2 and 8"),
     ] {
         let faults = read("a.csv", works2(rows)).expect_err("a fault");
         assert_eq!(codes(&faults), [("step-order", Some(line))], "{rows}");

@@ -430,7 +430,7 @@ fn counts_are_stated_of_places_that_count() {
         ),
         (
             "\"a.txt:2\" = 40000",
-            "the number of iterations or units of `FOR D50` at a.txt:2 is never 40000 to 40000",
+            "the number of iterations or units of `FOR D50` at a.txt:2 cannot be 40000 to 40000 as stated",
         ),
         (
             "\"a.txt:2\" = [3, 1]",

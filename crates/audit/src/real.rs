@@ -252,10 +252,11 @@ impl RunSearch<'_> {
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
             // If a run ends where an operation error may occur, scans without that error are searched for.
-            let turns = avoided.len() < MAX_AVOIDED
+            let avoids_another = avoided.len() < MAX_AVOIDED
                 && self.error_that_ends(&one).is_some_and(|at| avoided.insert(at));
             found.keep_better(one, start);
-            if left || *gates > MAX_GATES || !turns && (total >= most || !news || !goes_on) {
+            let is_done = total >= most || !news || !goes_on;
+            if left || *gates > MAX_GATES || is_done && !avoids_another {
                 break;
             }
         }

@@ -83,7 +83,11 @@ impl Lower<'_> {
         let skip = self.jump(runs.not(), Assembler::jump_key());
         // Generators make a named action of it, and call that.
         if !self.options.charts.actions_first {
+            let is_called = self.differs("actions written in the chart are called");
+            let skip = self.jump(is_called.not(), None);
             self.cost(&["CAL"], "call");
+            self.land(skip);
+            self.landing();
         }
         match code {
             Code::Statements(statements) => {

@@ -153,13 +153,18 @@ impl<'t> Lower<'t> {
             let spot = lower.variable(at, id).ok()?;
             spot.tag.cell()
         };
-        let halt = chart.halt.and_then(|id| flag(self, id));
-        let restart = chart.restart.and_then(|id| flag(self, id));
+        let halt = chart.halt.and_then(|id| flag(self, id)).map(Logic::cell);
+        let restart = chart.restart.and_then(|id| flag(self, id)).map(Logic::cell);
+        // Whether declared flags have an effect is a setting.
+        let has_flags = halt.is_some() || restart.is_some();
+        let are_used =
+            has_flags.then(|| self.differs("SFCInit and SFCReset, if declared, control the chart"));
+        let used = |flag: Logic| all([flag].into_iter().chain(are_used.clone()));
+        let (halt, restart) = (halt.map(&used), restart.map(&used));
         self.at(written.line, "SFC");
         let first = self.keep_bit(Logic::cell(own.memory.started).not());
-        let begins = any([first.clone()]
-            .into_iter()
-            .chain(halt.into_iter().chain(restart).map(Logic::cell)));
+        let begins =
+            any([first.clone()].into_iter().chain(halt.clone().into_iter().chain(restart)));
         let begins = self.keep_bit(begins);
         self.times_go_on(&own.memory);
         // matiec enters no step in the first scan. It executes actions in the order of their declarations, and its
@@ -167,7 +172,7 @@ impl<'t> Lower<'t> {
         let may_be_matiec = !self.options.charts.actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
-        let stop = halt.map(|halt| self.jump(Logic::cell(halt), None));
+        let stop = halt.map(|halt| self.jump(halt, None));
         let actions_first = self.options.charts.actions_first;
         if actions_first {
             self.act(&own, may_be_matiec);
@@ -264,9 +269,9 @@ impl<'t> Lower<'t> {
             self.act_where(key, Vec::new(), enabled.clone());
             let evaluated = match self.options.charts.may_evaluate_all {
                 true => {
-                    let all = self
+                    let evaluates_all = self
                         .differs("the conditions of all transitions are evaluated in each scan");
-                    self.keep_bit(any([enabled.clone(), all]))
+                    self.keep_bit(any([enabled.clone(), evaluates_all]))
                 }
                 false => enabled.clone(),
             };

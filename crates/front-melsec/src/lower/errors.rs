@@ -157,6 +157,7 @@ impl Lowering<'_> {
         };
         let room = self.devices_of(area)?.saturating_sub(first);
         let (unit, operand) = match amount {
+            Amount::Fixed(_) if self.names_beyond_default(area) => return None,
             Amount::Fixed(units) => {
                 let is_short =
                     !matches!(device.place, Place::Digits(..)) && units.saturating_mul(each) > room;

@@ -7,6 +7,7 @@ use scanbound_base::code::Code;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, ast, same};
+use std::collections::BTreeMap;
 
 /// The name for messages of the task that runs programs without a task.
 const NO_TASK: &str = "background";
@@ -18,6 +19,13 @@ impl Resolver<'_> {
         let own = project.tasks.iter().filter(|task| !task.instances.is_empty()).cloned();
         // Programs without a task run together in one task.
         let (loose, mut named): (Vec<_>, Vec<_>) = own.partition(|task| task.name.is_empty());
+        let mut owners: BTreeMap<String, &str> = BTreeMap::new();
+        let mut all =
+            project.tasks.iter().flat_map(|task| task.instances.iter().map(move |one| (task, one)));
+        let shared = all.find_map(|(task, (name, _))| {
+            let first = *owners.entry(name.to_ascii_uppercase()).or_insert(&task.resource);
+            (!same(first, &task.resource)).then(|| name.clone())
+        });
         let is_apart = loose.windows(2).any(|both| !same(&both[0].resource, &both[1].resource));
         if let Some(mut first) = loose.first().cloned() {
             first.instances = loose.into_iter().flat_map(|task| task.instances).collect();
@@ -60,6 +68,12 @@ impl Resolver<'_> {
         }
         if let Some(task) = tasks.iter_mut().find(|task| is_apart && task.name == NO_TASK) {
             let told = "programs without a task belong to several resources, which are processors of their own";
+            let fault =
+                Fault::new(1, told).code(Code::NotModelled).help("audit each resource by itself");
+            task.programs.push(Err(fault));
+        }
+        if let (Some(name), Some(task)) = (shared, tasks.first_mut()) {
+            let told = format!("two resources have a program instance {name}");
             let fault =
                 Fault::new(1, told).code(Code::NotModelled).help("audit each resource by itself");
             task.programs.push(Err(fault));

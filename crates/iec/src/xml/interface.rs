@@ -22,7 +22,13 @@ pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
         };
         found.extend(list_of(text, list, section));
     }
-    // If the variables of a section have different attributes, CODESYS writes these beside the sections.
+    retain_mixed(node, &mut found);
+    found
+}
+
+/// If the variables of a section have different attributes, CODESYS writes these in additional data of the unit or list.
+/// Marks the retained ones.
+pub(super) fn retain_mixed(node: Node<'_, '_>, found: &mut [Variable]) {
     let around = node.parent().unwrap_or(node).descendants();
     let beside = around.filter(|one| one.tag_name().name() == "MixedAttrsVarList");
     for list in beside.flat_map(elements).filter(|list| is_retained(*list)) {
@@ -32,7 +38,6 @@ pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
         };
         found.iter_mut().for_each(|own| own.retain |= named(own));
     }
-    found
 }
 
 fn is_retained(list: Node<'_, '_>) -> bool {

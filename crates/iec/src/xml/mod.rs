@@ -22,7 +22,7 @@ pub mod write;
 use super::Project;
 use super::comment::Comments;
 use super::fault::Fault;
-use node::Text;
+use node::{Text, is_ascribed};
 pub use node::{evaluates_active_conditions_only, is_of_codesys};
 use roxmltree::{Document, Error};
 use scanbound_base::code::Code;
@@ -55,6 +55,9 @@ pub(super) fn file_as(
     limits::within(text).map_err(|fault| vec![fault])?;
     let document = Document::parse(text).map_err(|error| vec![malformed(&error)])?;
     let text = Text::new(text, &document, comments);
+    if let Some(fault) = is_ascribed(&text, &document) {
+        return Err(vec![fault]);
+    }
     let mut reader = project::Reader::new(name, &text);
     reader.project(document.root_element());
     reader.finish()

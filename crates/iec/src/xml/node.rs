@@ -49,23 +49,39 @@ fn names_codesys(text: &str) -> bool {
     ["codesys", "twincat"].iter().any(|name| text.contains(name))
 }
 
-/// Whether CODESYS or TwinCAT wrote a PLCopen XML file, as its data or its header says.
+/// Whether CODESYS or TwinCAT wrote a PLCopen XML file, as its additional data says.
 #[must_use]
 pub fn is_of_codesys(text: &str) -> bool {
-    let header = text.split_once("<fileHeader").and_then(|(_, behind)| behind.split_once('>'));
-    text.contains("3s-software.com") || header.is_some_and(|(header, _)| names_codesys(header))
+    text.contains("3s-software.com")
 }
 
-/// Whether a file of CODESYS or TwinCAT says of all its charts that only the conditions of active transitions are
+/// The fault about a file that only its header's product name ascribes to CODESYS or TwinCAT. `None` if there is none.
+pub(super) fn is_ascribed(text: &Text, document: &Document<'_>) -> Option<Fault> {
+    let mut elements = document.descendants().filter(Node::is_element);
+    let header = elements.find(|one| one.tag_name().name() == "fileHeader")?;
+    let product =
+        header.attribute("productName").filter(|name| !text.is_codesys && names_codesys(name))?;
+    let what = format!(
+        "the product is '{product}', but the file has no data of CODESYS: its charts and drawings may be executed otherwise"
+    );
+    let help =
+        "export the project again; if another tool wrote the file, give it another productName";
+    Some(text.fault(header, what).code(Code::NotModelled).help(help))
+}
+
+/// Whether a file of CODESYS or TwinCAT says of each of its charts that only the conditions of active transitions are
 /// evaluated.
 #[must_use]
 pub fn evaluates_active_conditions_only(text: &str) -> bool {
     // Some versions misspell the name.
-    let mut found = text.split("<CalcActiveTra").skip(1).filter_map(|behind| {
-        let (_, value) = behind.split_once('>')?;
-        Some(value.trim_start().starts_with("true") || value.trim_start().starts_with("True"))
-    });
-    found.next().is_some_and(|first| first && found.all(|is_true| is_true))
+    let settings = text.split("<CalcActiveTra").skip(1).filter_map(|behind| behind.split_once('>'));
+    let is_true =
+        |(_, value): (&str, &str)| value.trim_start().to_ascii_lowercase().starts_with("true");
+    let set = settings.filter(|one| is_true(*one)).count();
+    let charts = text.matches("<SFC>").count() + text.matches("<SFC ").count();
+    // The project's own settings are not in the file.
+    let has_defaults = text.split("<UseDefaults>").skip(1).any(|behind| is_true(("", behind)));
+    set >= charts && !has_defaults && !text.contains("Only>false<")
 }
 
 impl Text {
@@ -76,10 +92,8 @@ impl Text {
         Text {
             comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
-            is_codesys: elements().any(|one| match one.tag_name().name() {
-                "data" => one.attribute("name").is_some_and(is_theirs),
-                "fileHeader" => one.attribute("productName").is_some_and(names_codesys),
-                _ => false,
+            is_codesys: elements().any(|one| {
+                one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
             }),
         }
     }

@@ -2,7 +2,9 @@
 
 use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition_body};
-use super::interface::{addresses, begins_with, extends, list_of, type_ref, variables};
+use super::interface::{
+    addresses, begins_with, extends, list_of, retain_mixed, type_ref, variables,
+};
 use super::node::{EXCLUDED, Text, child, children, elements};
 use super::reading::Reading;
 use crate::ast::Path;
@@ -62,7 +64,9 @@ impl<'t> Reader<'t> {
                 "Interface" if node.attribute("name").is_some() => self.interface(node),
                 "dataType" => self.data_type(node),
                 "globalVars"
-                    if !node.ancestors().any(|one| one.tag_name().name() == "interface") =>
+                    if !node.ancestors().any(|one| {
+                        ["interface", "MixedAttrsVarList"].contains(&one.tag_name().name())
+                    }) =>
                 {
                     self.globals(node);
                 }
@@ -100,6 +104,7 @@ impl<'t> Reader<'t> {
 
     fn globals(&mut self, node: Node<'_, '_>) {
         let mut found = list_of(self.text, node, Section::Global);
+        retain_mixed(node, &mut found);
         self.declared(&mut found, &self.plain_text(node), node);
         let name = node.attribute("name").unwrap_or_default();
         self.project.globals.push((name.to_owned(), found));
@@ -377,7 +382,9 @@ fn resource(node: Node<'_, '_>) -> String {
     let is_holder =
         |one: &Node<'_, '_>| ["configuration", "resource"].contains(&one.tag_name().name());
     let names = node.ancestors().filter(is_holder).map(|one| one.attribute("name").unwrap_or(""));
-    names.collect::<Vec<_>>().join(" ")
+    let mut names: Vec<&str> = names.collect();
+    names.reverse();
+    names.join(" ")
 }
 
 /// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there
@@ -390,7 +397,8 @@ fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
     let is_used = |one: &Node<'_, '_>| {
         let is_flag = ["Init", "Reset", "Pause", "QuitError", "Tip", "TipMode"]
             .contains(&one.tag_name().name());
-        is_flag && one.attribute("Use").is_some_and(|used| used.eq_ignore_ascii_case("true"))
+        let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
+        is_flag && is_set("Use") && is_set("Declare")
     };
     let what = match node.tag_name().name() {
         "SFCSettings" => {

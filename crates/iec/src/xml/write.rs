@@ -94,7 +94,12 @@ pub fn project(project: &Project) -> Result<String, String> {
     for pou in &project.pous {
         text += &unit(pou)?;
     }
-    text += "</pous>\n</types>\n<instances>\n<configurations>\n<configuration name=\"config\">\n<resource name=\"resource\">\n";
+    text += "</pous>\n</types>\n<instances>\n<configurations>\n";
+    let first = project.tasks.first().and_then(|task| task.resource.split_once(' '));
+    let (configuration, resource) = first.unwrap_or(("config", "resource"));
+    let (configuration, resource) = (escaped(configuration), escaped(resource));
+    let _ =
+        write!(text, "<configuration name=\"{configuration}\">\n<resource name=\"{resource}\">\n");
     for task in &project.tasks {
         let mut instances = String::new();
         for (name, of) in &task.instances {
