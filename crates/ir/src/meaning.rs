@@ -167,9 +167,6 @@ pub struct AddressRange {
     pub from: i64,
     /// The number of successive cells with successive addresses.
     pub count: u32,
-    /// From how many cells on an access is an operation error. If this is more than `count`, it is not known what an
-    /// access between the two reads or writes.
-    pub error_from: u32,
     /// The cell at the address `from`.
     pub first: Cell,
 }
@@ -469,20 +466,7 @@ impl Address {
     /// the sum of the terms.
     #[must_use]
     pub fn within(first: Cell, count: u32, base: i64, terms: Vec<Term>) -> Address {
-        Address {
-            base,
-            terms,
-            ranges: vec![AddressRange { from: 0, count, error_from: count, first }],
-        }
-    }
-
-    /// The same address, where only an access beyond the first `cells` cells of each range is an operation error.
-    #[must_use]
-    pub fn with_errors_from(mut self, cells: u32) -> Address {
-        for range in &mut self.ranges {
-            range.error_from = cells.max(range.count);
-        }
-        self
+        Address { base, terms, ranges: vec![AddressRange { from: 0, count, first }] }
     }
 }
 

@@ -43,7 +43,15 @@ impl Lowering<'_> {
     pub(super) fn define(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
-            self.note_error(meaning.operand_error());
+            self.note_error(meaning.operation_error());
+            for (area, outside) in meaning.address_errors() {
+                // Whether the CPU has so many devices may be unknown.
+                let error = match self.is_open_ended(area) {
+                    true => Logic::All(vec![outside, self.free_bit()]),
+                    false => outside,
+                };
+                self.note_error(Some(error));
+            }
         }
         self.out.define(choice, meaning);
         choice
@@ -142,14 +150,7 @@ impl Lowering<'_> {
         };
         let first = Cell { area: cells, index: 0 };
         let base = i64::from(number) + i64::from(offset);
-        // How many file registers there are is a parameter without a default, and so is the number of other devices if
-        // the program names one beyond the default.
-        let error_from = match device.name {
-            "ZR" | "R" => u32::MAX,
-            _ if self.names_beyond_default(cells) => u32::MAX,
-            _ => self.devices_of(cells).unwrap_or(0),
-        };
-        Some(Address::within(first, count, base, vec![term]).with_errors_from(error_from))
+        Some(Address::within(first, count, base, vec![term]))
     }
 
     /// The words of an indexed device, whose addresses are computed where they are read. `None` if the address cannot

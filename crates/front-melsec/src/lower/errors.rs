@@ -187,6 +187,12 @@ impl Lowering<'_> {
         Some(self.default_devices(cells)?.max(highest))
     }
 
+    /// Whether it is unknown how many devices an area has: file registers have no default number, and if the program
+    /// names a device beyond the default number, the parameters state another one.
+    pub(super) fn is_open_ended(&self, cells: AreaId) -> bool {
+        cells == const { area("ZR") } || self.names_beyond_default(cells)
+    }
+
     /// Whether the program names a device of an area beyond the CPU's default number.
     pub(super) fn names_beyond_default(&self, cells: AreaId) -> bool {
         let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
