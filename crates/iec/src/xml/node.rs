@@ -55,7 +55,8 @@ pub fn is_of_codesys(text: &str) -> bool {
     text.contains("3s-software.com")
 }
 
-/// The fault about a file that only its header's product name ascribes to CODESYS or TwinCAT. `None` if there is none.
+/// The fault about a file with charts or drawings that only its header's product name ascribes to CODESYS or TwinCAT.
+/// `None` if there is none.
 pub(super) fn is_ascribed(text: &Text, document: &Document<'_>) -> Option<Fault> {
     let mut elements = document.descendants().filter(Node::is_element);
     let header = elements.find(|one| one.tag_name().name() == "fileHeader")?;
