@@ -58,8 +58,10 @@ pub fn is_of_codesys(text: &str) -> bool {
 /// The fault about a file with charts or drawings that only its header's product name ascribes to CODESYS or TwinCAT.
 /// `None` if there is none.
 pub(super) fn is_ascribed(text: &Text, document: &Document<'_>) -> Option<Fault> {
-    let mut elements = document.descendants().filter(Node::is_element);
-    let header = elements.find(|one| one.tag_name().name() == "fileHeader")?;
+    let elements = || document.descendants().filter(Node::is_element);
+    let is_drawn = |one: &Node<'_, '_>| ["SFC", "FBD", "LD"].contains(&one.tag_name().name());
+    elements().find(is_drawn)?;
+    let header = elements().find(|one| one.tag_name().name() == "fileHeader")?;
     let product =
         header.attribute("productName").filter(|name| !text.is_codesys && names_codesys(name))?;
     let what = format!(
