@@ -33,7 +33,7 @@ const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
 /// A round was worth its time if it made the run longer by at least 1/`WORTH`.
 const WORTH: u64 = 100;
 /// The largest number of instructions at which the search avoids possible operation errors.
-const MAX_AVOIDED: usize = 20;
+const MAX_AVOIDED: usize = 4;
 /// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
 /// longer.
 const MAX_DECISIONS: u64 = 200_000;
