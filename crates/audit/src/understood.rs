@@ -101,7 +101,7 @@ fn understand(
         return Err(Failure::from(no_clock()));
     }
     if request.facts.latched.is_some() && !machine.latched {
-        let message = "`[io] latched` is not used for this PLC: it applies only to programs for flowchart PCs";
+        let message = "`[io] latched` is not used for programs of this dialect";
         let fault =
             request.facts.fault(["io", "latched"], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));

@@ -26,8 +26,8 @@ pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
     found
 }
 
-/// If the variables of a section have different attributes, CODESYS writes these in additional data of the unit or list.
-/// Marks the retained ones.
+/// If the variables of a section have different attributes, CODESYS writes these in additional data of the unit or
+/// list. Marks the retained ones.
 pub(super) fn retain_mixed(node: Node<'_, '_>, found: &mut [Variable]) {
     let around = node.parent().unwrap_or(node).descendants();
     let beside = around.filter(|one| one.tag_name().name() == "MixedAttrsVarList");
