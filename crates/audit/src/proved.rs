@@ -9,7 +9,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::Knowledge;
 use scanbound_ir::{BitSource, BitTarget, Program, StartRange};
 use scanbound_model::groups::witness;
-use scanbound_model::lower_bound::{Strict, lower_bound_model};
+use scanbound_model::lower_bound::lower_bound_model;
 use scanbound_model::{Charge, Group, Lit, ScanModel};
 use scanbound_passes::values::{Trust, has_no_other_writer, is_unwritten_elsewhere};
 use scanbound_replay::run::{Outside, OutsideValues, Run};
@@ -257,7 +257,7 @@ fn seek(search: &RunSearch<'_>, asked: &[FactCheck], found: &mut RunResults) -> 
         let mut sure = lower_bound_model(
             &full,
             &|variable| standing(program, &summary, &full, variable),
-            &Strict::default(),
+            false,
         );
         let charges = std::mem::take(&mut sure.charges);
         let mut news = false;

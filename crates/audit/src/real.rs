@@ -7,7 +7,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use scanbound_model::groups::{groups, unused_constraints, witness};
-use scanbound_model::lower_bound::{Strict, Treatment, lower_bound_model};
+use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
 use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, real};
@@ -32,8 +32,6 @@ const LARGEST_FIRST: usize = 100_000;
 const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
 /// A round was worth its time if it made the run longer by at least 1/`WORTH`.
 const WORTH: u64 = 100;
-/// The largest number of instructions at which the search avoids possible operation errors.
-const MAX_AVOIDED: usize = 4;
 /// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
 /// longer.
 const MAX_DECISIONS: u64 = 200_000;
@@ -228,7 +226,7 @@ impl RunSearch<'_> {
         gates: &mut usize,
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let (mut goes_on, mut avoided) = (false, BTreeSet::new());
+        let mut goes_on = false;
         for _ in 0..MAX_ROUNDS {
             let is_long = upper.is_some_and(|upper| found.best.replay.total >= upper);
             let reached = is_long && found.best.is_possible();
@@ -238,8 +236,7 @@ impl RunSearch<'_> {
             let Some(model) = self.model_of(&found.knowledge) else { break };
             found.gates = model.circuit.nodes().len();
             let before = *gates;
-            let longest = self.longest_known(&model, &summary, &avoided, gates);
-            let Some((start, most)) = longest else { break };
+            let Some((start, most)) = self.longest_known(&model, &summary, gates) else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
             }
@@ -251,25 +248,12 @@ impl RunSearch<'_> {
             // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
-            // If a run ends where an operation error may occur, scans without that error are searched for.
-            let avoids_another = avoided.len() < MAX_AVOIDED
-                && self.error_that_ends(&one).is_some_and(|at| avoided.insert(at));
             found.keep_better(one, start);
-            let is_done = total >= most || !news || !goes_on;
-            if left || *gates > MAX_GATES || is_done && !avoids_another {
+            if total >= most || !news || left || !goes_on || *gates > MAX_GATES {
                 break;
             }
         }
         Ok(goes_on)
-    }
-
-    /// The instruction at which a run ends because an operation error occurs there, or may occur.
-    fn error_that_ends(&self, run: &RealRun) -> Option<usize> {
-        let Stopped { at, reason, .. } = run.stopped.as_ref()?;
-        let is_unknown = matches!(reason, StopReason::Unknown(_));
-        let may_fail =
-            *reason == StopReason::Error || is_unknown && self.program.errors.contains_key(at);
-        may_fail.then_some(*at)
     }
 
     /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
@@ -286,27 +270,22 @@ impl RunSearch<'_> {
 
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
     /// If every path depends on unknown values, what depends on them counts with its smallest time. `None` if no scan
-    /// satisfies the constraints. Scans in which an operation error may occur at an instruction in `avoided` come last.
-    /// Adds the models' size to `gates`.
+    /// satisfies the constraints. Adds the models' size to `gates`.
     fn longest_known(
         &self,
         full: &ScanModel,
         summary: &BTreeSet<ChoiceId>,
-        avoided: &BTreeSet<usize>,
         gates: &mut usize,
     ) -> Option<(Witness, Picos)> {
         let standing = |variable| standing(self.program, summary, full, variable);
-        let none = BTreeSet::new();
-        let strictness = [(true, avoided), (false, avoided), (true, &none), (false, &none)];
-        let strictness = strictness.into_iter().skip(if avoided.is_empty() { 2 } else { 0 });
-        *gates += full.circuit.nodes().len();
-        strictness.into_iter().find_map(|(paths, errors)| {
-            let strict = Strict { paths, errors: errors.clone() };
-            let model = lower_bound_model(full, &standing, &strict);
-            *gates += model.circuit.nodes().len();
-            let (assignment, most) = self.longest(&model)?;
-            Some((witness(&model, &assignment), most))
-        })
+        let mut model = lower_bound_model(full, &standing, true);
+        *gates += full.circuit.nodes().len() + model.circuit.nodes().len();
+        let mut longest = self.longest(&model);
+        if longest.is_none() {
+            model = lower_bound_model(full, &standing, false);
+            longest = self.longest(&model);
+        }
+        longest.map(|(assignment, most)| (witness(&model, &assignment), most))
     }
 
     /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
@@ -343,7 +322,7 @@ impl RunSearch<'_> {
             }
         }
         let summary = summary_choices(self.program);
-        self.longest_known(&model, &summary, &BTreeSet::new(), &mut 0).map(|(start, _)| start)
+        self.longest_known(&model, &summary, &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {

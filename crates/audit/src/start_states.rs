@@ -13,7 +13,7 @@ use scanbound_ir::{
     WordSource, flow,
 };
 use scanbound_model::groups::witness;
-use scanbound_model::lower_bound::{Strict, Treatment, lower_bound_model_with};
+use scanbound_model::lower_bound::{Treatment, lower_bound_model_with};
 use scanbound_model::{Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use scanbound_passes::values::Trust;
 use scanbound_replay::RealRun;
@@ -335,7 +335,7 @@ impl<'a> States<'a> {
         }
         let changed = self.changed(&memories, left, &bits, &exclusive, &size)?;
         let standing = |variable| self.standing(&full, variable);
-        let (model, ends) = lower_bound_model_with(&full, &standing, &Strict::default(), &ends);
+        let (model, ends) = lower_bound_model_with(&full, &standing, false, &ends);
         let mut ends: BTreeMap<BitTarget, (Lit, Lit)> = bits.iter().copied().zip(ends).collect();
         bits.retain(|bit| changed.contains(bit));
         ends.retain(|bit, _| changed.contains(bit));

@@ -3,7 +3,7 @@
 use super::meaning::{
     Address, Count, IntegerFormat, Meaning, Operation, OperationInput, Shape, Target, Unary,
 };
-use super::{AreaId, Compare, Logic, Number, NumberFormat, Relation, WordSource};
+use super::{Compare, Logic, Number, NumberFormat, Relation, WordSource};
 
 /// The bits of one BCD digit.
 const DIGIT: u16 = 0xF;
@@ -14,32 +14,16 @@ impl Meaning {
     /// such case, or if none of them can be written as an expression.
     #[must_use]
     pub fn operand_error(&self) -> Option<Logic> {
-        let of_addresses = self.address_errors().into_iter().map(|(_, outside)| outside);
-        any(self.operation_error().into_iter().chain(of_addresses))
-    }
-
-    /// As [`Meaning::operand_error`], without addresses outside their areas.
-    #[must_use]
-    pub fn operation_error(&self) -> Option<Logic> {
-        of_operation(&self.operation, &self.inputs)
-    }
-
-    /// For each address that may be outside its area: the area, and the condition under which it is.
-    #[must_use]
-    pub fn address_errors(&self) -> Vec<(AreaId, Logic)> {
+        let of_operands = of_operation(&self.operation, &self.inputs);
         let reads = self.inputs.iter().filter_map(|input| match input {
-            OperationInput::Run(address, shape, count) => Some((address, *shape, length(count))),
+            OperationInput::Run(address, shape, count) => outside(address, *shape, length(count)),
             _ => None,
         });
         let writes = self.outputs.iter().filter_map(|output| match output {
-            Target::Run(address, shape) => Some((address, *shape, self.written())),
+            Target::Run(address, shape) => outside(address, *shape, self.written()),
             _ => None,
         });
-        let of = |(address, shape, words): (&Address, Shape, u32)| {
-            let area = address.ranges.first()?.first.area;
-            Some((area, outside(address, shape, words)?))
-        };
-        reads.chain(writes).filter_map(of).collect()
+        any(of_operands.into_iter().chain(reads).chain(writes))
     }
 
     /// A number of words that the operation certainly writes: all of them for copies and repetitions of known length,

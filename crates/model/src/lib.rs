@@ -193,9 +193,9 @@ pub struct ScanModel {
     pub charges: Vec<Charge>,
     /// Literals that are true in every scan.
     pub constraints: Vec<Lit>,
-    /// In a model for lower bounds: instructions, as indices into `Program::instructions`, each with a literal that is
-    /// true if an operation error may end the scan there.
-    pub errors: Vec<(usize, Lit)>,
+    /// In a model for lower bounds: literals, each of which is true if an operation error may end the scan at one
+    /// place.
+    pub errors: Vec<Lit>,
     /// The havocs in order of execution.
     pub havocs: Havocs,
     /// In a model for upper bounds: the free words from which the numbers of iterations of loops that are not followed

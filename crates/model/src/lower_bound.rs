@@ -3,7 +3,6 @@
 
 use super::{Atom, Charge, Circuit, Lit, Node, ScanModel, VarId};
 use scanbound_base::time::Picos;
-use std::collections::BTreeSet;
 
 /// What the search for a lower bound may assume about a free variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,29 +15,19 @@ pub enum Treatment {
     Unknown,
 }
 
-/// Which scans a model for lower bounds excludes besides those that are certainly impossible.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Strict {
-    /// Whether scans are excluded in which it is unknown whether control reaches a charge with a time.
-    pub paths: bool,
-    /// The instructions, as indices into `Program::instructions`: scans are excluded in which it is unknown whether an
-    /// operation error occurs at one of them.
-    pub errors: BTreeSet<usize>,
-}
-
 /// Two literals for one node of the old circuit: that the node is certainly true whatever the unknown values are, and
 /// that it is certainly false. Both are false in scans in which neither is certain.
 type Pair = (Lit, Lit);
 
 /// The model in which nothing depends on unknown variables (`standing` says which are unknown): each charge has the
 /// time that it takes at least, whatever the values of these variables are. Scans are excluded in which a constraint is
-/// not certainly true or an error certainly occurs, and those that `strict` excludes. Variables keep their numbers;
-/// charges do not.
+/// not certainly true or an error certainly occurs and, if `strict`, in which it is unknown whether control reaches a
+/// charge with a time. Variables keep their numbers; charges do not.
 #[must_use]
 pub fn lower_bound_model(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: &Strict,
+    strict: bool,
 ) -> ScanModel {
     lower_bound_model_with(model, standing, strict, &[]).0
 }
@@ -49,7 +38,7 @@ pub fn lower_bound_model(
 pub fn lower_bound_model_with(
     model: &ScanModel,
     standing: &dyn Fn(VarId) -> Treatment,
-    strict: &Strict,
+    strict: bool,
     literals: &[Lit],
 ) -> (ScanModel, Vec<(Lit, Lit)>) {
     let mut circuit = Circuit::default();
@@ -90,7 +79,7 @@ pub fn lower_bound_model_with(
     for charge in &model.charges {
         let (reached, passed) = of(&pairs, charge.reached);
         let (fires, idle) = of(&pairs, charge.fires);
-        if strict.paths && charge.largest_cost() > Picos::ZERO {
+        if strict && charge.largest_cost() > Picos::ZERO {
             found.constraints.push(circuit.or(reached, passed));
         }
         let ((on, units), off) = (charge.cost_if_fired(), charge.off);
@@ -116,10 +105,7 @@ pub fn lower_bound_model_with(
     }
     found.constraints.extend(model.constraints.iter().map(|&holds| of(&pairs, holds).0));
     // The real run finds out whether an error occurs that depends on unknown values.
-    found.constraints.extend(model.errors.iter().map(|&(at, error)| match of(&pairs, error) {
-        (_, no) if strict.errors.contains(&at) => no,
-        (yes, _) => !yes,
-    }));
+    found.constraints.extend(model.errors.iter().map(|&error| !of(&pairs, error).0));
     found.constraints.retain(|&holds| holds != Lit::TRUE);
     found.constraints.sort_unstable();
     found.constraints.dedup();
@@ -171,8 +157,7 @@ mod tests {
             2 => Treatment::Zero,
             _ => Treatment::Free,
         };
-        let found =
-            lower_bound_model(&model, &unknown, &Strict { paths: true, ..Strict::default() });
+        let found = lower_bound_model(&model, &unknown, true);
         let run = |x0: u16| {
             let assignment = Assignment(vec![x0, 1, 1]);
             let all: Vec<usize> = (0..found.charges.len()).collect();

@@ -353,7 +353,7 @@ impl Run<'_> {
             let error = self.logic(error, condition, at);
             let error = self.memory.circuit().and(executed, error);
             if error != Lit::FALSE {
-                self.memory.model.errors.push((at, error));
+                self.memory.model.errors.push(error);
             }
         }
     }

@@ -43,15 +43,7 @@ impl Lowering<'_> {
     pub(super) fn define(&mut self, meaning: Meaning) -> ChoiceId {
         let choice = self.choice();
         if self.stops_on_error() {
-            self.note_error(meaning.operation_error());
-            for (area, outside) in meaning.address_errors() {
-                // Whether the CPU has so many devices may be unknown.
-                let error = match self.is_open_ended(area) {
-                    true => Logic::All(vec![outside, self.free_bit()]),
-                    false => outside,
-                };
-                self.note_error(Some(error));
-            }
+            self.note_error(meaning.operand_error());
         }
         self.out.define(choice, meaning);
         choice
@@ -149,8 +141,7 @@ impl Lowering<'_> {
             _ => return None,
         };
         let first = Cell { area: cells, index: 0 };
-        let base = i64::from(number) + i64::from(offset);
-        Some(Address::within(first, count, base, vec![term]))
+        Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
     }
 
     /// The words of an indexed device, whose addresses are computed where they are read. `None` if the address cannot

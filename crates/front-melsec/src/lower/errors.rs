@@ -157,7 +157,6 @@ impl Lowering<'_> {
         };
         let room = self.devices_of(area)?.saturating_sub(first);
         let (unit, operand) = match amount {
-            Amount::Fixed(_) if self.names_beyond_default(area) => return None,
             Amount::Fixed(units) => {
                 let is_short =
                     !matches!(device.place, Place::Digits(..)) && units.saturating_mul(each) > room;
@@ -168,9 +167,6 @@ impl Lowering<'_> {
         };
         let most = i64::from(room / unit.saturating_mul(each).max(1));
         match self.constant(&raw.operands[operand]) {
-            // If the program names a device beyond the default number, the parameters state how many there are. They
-            // are assumed to be enough for blocks of constant length.
-            Some(_) if self.names_beyond_default(area) => None,
             Some(count) => (count > most).then_some(Logic::Const(true)),
             None => {
                 let words = self.count_words(raw, entry, operand)?;
@@ -182,24 +178,7 @@ impl Lowering<'_> {
     }
 
     /// The number of devices of an area: the CPU's default, or more if the program names more. `None` if unknown.
-    pub(super) fn devices_of(&self, cells: AreaId) -> Option<u32> {
-        let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
-        Some(self.default_devices(cells)?.max(highest))
-    }
-
-    /// Whether it is unknown how many devices an area has: file registers have no default number, and if the program
-    /// names a device beyond the default number, the parameters state another one.
-    pub(super) fn is_open_ended(&self, cells: AreaId) -> bool {
-        cells == const { area("ZR") } || self.names_beyond_default(cells)
-    }
-
-    /// Whether the program names a device of an area beyond the CPU's default number.
-    pub(super) fn names_beyond_default(&self, cells: AreaId) -> bool {
-        let highest = self.modes.highest.get(&cells).copied().unwrap_or(0);
-        self.default_devices(cells).is_some_and(|known| highest > known)
-    }
-
-    fn default_devices(&self, cells: AreaId) -> Option<u32> {
+    fn devices_of(&self, cells: AreaId) -> Option<u32> {
         let defaults: &[(&str, u32)] = match self.family {
             Family::Q | Family::L => &[
                 ("X", 8192),
@@ -214,7 +193,8 @@ impl Lowering<'_> {
             Family::Fx5 => &[("M", 7680), ("L", 7680), ("B", 256), ("D", 8000), ("W", 512)],
             Family::Fx => &[],
         };
-        defaults.iter().find(|(name, _)| area(name) == cells).map(|(_, known)| *known)
+        let known = defaults.iter().find(|(name, _)| area(name) == cells)?.1;
+        Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
     }
 
     /// Records an operation error at each loop and call that is nested too deeply. Does nothing if the CPU continues
