@@ -254,3 +254,19 @@ fn tasks_of_two_resources_are_not_taken_for_one() {
     let apart = audited(&text(&task("t", "p"), &task("u", "q")), Some("t"), &facts);
     assert_eq!(apart.map(|found| micros(found.bound.upper)), Ok(1));
 }
+
+#[test]
+fn a_verdict_names_the_task_if_there_are_several() {
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("two-tasks.st");
+    let text = project("x := TRUE;", "y := TRUE;");
+    let told = |text: &str| {
+        std::fs::write(&path, text).expect("a file");
+        let mut check = std::process::Command::new(env!("CARGO_BIN_EXE_scanbound"));
+        let run = check.args(["check", "--limit", "1s"]).arg(&path).output().expect("a run");
+        String::from_utf8_lossy(&run.stdout).into_owned()
+    };
+    let interrupted = told(&text);
+    assert!(interrupted.contains("for task slow is within"), "{interrupted}");
+    let alone = told(&text.replace("PRIORITY := 1", "PRIORITY := 5"));
+    assert!(alone.starts_with("PROVED: no scan of task slow takes longer than"), "{alone}");
+}

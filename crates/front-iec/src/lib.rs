@@ -134,10 +134,6 @@ impl Front for Iec {
                 }
             };
             options.begins_with_more |= text.to_ascii_lowercase().contains("call_after_");
-            let is_of_codesys = scanbound_iec::xml::is_of_codesys(&text);
-            options.actions_first |= is_of_codesys;
-            options.may_evaluate_all |=
-                is_of_codesys && !scanbound_iec::xml::evaluates_active_conditions_only(&text);
             match scanbound_iec::read_as(&input.name, &text, reading.comments) {
                 Ok(more) => {
                     project.join(more);

@@ -50,10 +50,8 @@ pub struct Orders {
     pub declared: Vec<usize>,
     /// Whether `declared` is certain to be the order of declaration.
     pub declared_is_clear: bool,
-    /// By name, ignoring case.
-    pub alphabetical: Vec<usize>,
-    /// Whether this is the order by name wherever `_` stands among letters and digits.
-    pub alphabetical_is_clear: bool,
+    /// By name, ignoring case: with `_` after letters and digits, and before them.
+    pub alphabetical: [Vec<usize>; 2],
 }
 
 /// An action of a chart.

@@ -284,6 +284,11 @@ pub struct Project {
     pub unread: Vec<(usize, Fault)>,
     /// The lists of global variables in text files: the name that the file gives to the list, and its variables.
     pub lists: Vec<(String, Vec<String>)>,
+    /// Whether CODESYS or TwinCAT wrote one of the files.
+    pub is_of_codesys: bool,
+    /// Whether the conditions of all transitions may be evaluated in each scan: a setting of CODESYS and TwinCAT that
+    /// some chart does not exclude.
+    pub may_evaluate_all: bool,
 }
 
 impl Project {
@@ -327,6 +332,8 @@ impl Project {
         self.connected.append(&mut other.connected);
         self.unread.extend(other.unread.into_iter().map(|(file, fault)| (file + shift, fault)));
         self.lists.append(&mut other.lists);
+        self.is_of_codesys |= other.is_of_codesys;
+        self.may_evaluate_all |= other.may_evaluate_all;
         for task in other.tasks {
             // Tasks of different resources may have the same name.
             let is_same = |own: &&mut Task| {

@@ -511,3 +511,26 @@ fn a_time_below_1_ms_may_be_over_at_once() {
     assert!(bounds(&chart("T#0.5ms"), "", Trust::Counts).0 >= 25);
     assert!(bounds(&chart("T#1ms"), "", Trust::Counts).0 < 25);
 }
+
+#[test]
+fn an_underscore_stands_before_or_after_letters_in_alphabetical_orders() {
+    // The first action gives w its value, which begins with FALSE in each scan, and the second reads it.
+    let chart = |first: &str, second: &str| {
+        format!(
+            "VAR_TEMP w : BOOL; END_VAR
+             INITIAL_STEP S0: {first}(N); {second}(N); END_STEP
+             STEP S1: END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S0 := b; END_TRANSITION
+             ACTION {second}: IF w THEN C0(); END_IF; END_ACTION
+             ACTION {first}: w := TRUE; END_ACTION"
+        )
+    };
+    let facts = "[sfc]\naction_order = 'alphabetical'\n";
+    let upper =
+        |first: &str, second: &str| bounds(&chart(first, second), facts, Trust::All).0 >= 20;
+    assert!(upper("A_B", "AA"), "`_` may come before letters");
+    assert!(upper("AA", "A_B"), "or after them");
+    assert!(upper("A1", "A2"));
+    assert!(!upper("A2", "A1"));
+}

@@ -679,6 +679,12 @@ fn results_in_functions_begin_anew_with_each_call() {
     let text = "FUNCTION F : BOOL VAR_INPUT a : BOOL; END_VAR VAR r2, r3 : BOOL; END_VAR\nr2 := NOT(a); r3 := a AND r2; F := r3;\nEND_FUNCTION\n".to_owned()
         + &in_text("x:BOOL", "", "x := F(x);");
     alike(&drawing, &text);
+    // A ring of two: each result has one variable.
+    let ring = ["a", "XOR 1 3.OUT", "AND 1 2.OUT", "> F 3.OUT"];
+    let body = |drawn: &[&str]| elements(drawn, &[]);
+    let drawing = drawing.replace(&body(&drawn), &body(&ring));
+    let text = text.replace("r2 := NOT(a); r3 := a AND r2;", "r2 := a XOR r3; r3 := a AND r2;");
+    alike(&drawing, &text);
 }
 
 #[test]

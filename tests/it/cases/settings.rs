@@ -75,3 +75,45 @@ fn conditions_of_charts_of_codesys_may_all_be_evaluated() {
     assert!(bound(&set("false")) > only_active);
     assert!(bound("") > only_active, "it is not said");
 }
+
+#[test]
+fn private_methods_of_a_base_are_refused_where_another_has_the_name() {
+    let method = |data: &str| {
+        let body = st(";");
+        format!(
+            "<data name=\"http://www.3s-software.com/plcopenxml/method\"><Method name=\"m\"><interface>{data}</interface><body>{body}</body></Method></data>"
+        )
+    };
+    let private = of_codesys("accessmodifiers", "<AccessModifiers Private=\"true\"/>");
+    let project = |data: &str| {
+        let derived = format!(
+            "<pou name=\"GG\" pouType=\"functionBlock\"><interface><addData><data name=\"http://www.3s-software.com/plcopenxml/pouinheritance\"><Inheritance><Extends>FF</Extends></Inheritance></data></addData></interface><body>{}</body><addData>{}</addData></pou>",
+            st("SUPER^();"),
+            method("")
+        );
+        vendors("", &st("m();"), &st("f();"))
+            .replace(
+                "</body></pou><pou name=\"p\"",
+                &format!(
+                    "</body><addData>{}</addData></pou>{derived}<pou name=\"p\"",
+                    method(data)
+                ),
+            )
+            .replace("<derived name=\"FF\"/>", "<derived name=\"GG\"/>")
+    };
+    assert_eq!(checked("method-public.xml", &project("")).code, Some(0));
+    let run = checked("method-private.xml", &project(&private));
+    assert!(run.stderr.contains("m is also a PRIVATE method of a base"), "{}", run.stderr);
+}
+
+#[test]
+fn a_file_that_only_its_header_ascribes_to_codesys_is_refused_where_tools_differ() {
+    let header =
+        "<fileHeader companyName=\"\" productName=\"CODESYS\" productVersion=\"1\"/><types>";
+    let drawn = vendors("", &st(""), "<LD/>").replace("<types>", header);
+    refused("header-drawn.xml", &drawn, "the file has no data of CODESYS");
+    let text = vendors("", &st(""), &st("")).replace("<types>", header);
+    assert_eq!(checked("header-text.xml", &text).code, Some(0));
+    let other = drawn.replace("CODESYS", "other");
+    assert_eq!(checked("header-other.xml", &other).code, Some(0));
+}

@@ -48,7 +48,7 @@ impl Assembler {
             match one {
                 OpenEnd::Preset { preset, .. } => asked.extend([*preset, preset.plus(1)]),
                 OpenEnd::Variable { cell, .. } => _ = asked.insert(*cell),
-                OpenEnd::StepTime { .. } | OpenEnd::Turns(..) => {}
+                OpenEnd::StepTime { .. } | OpenEnd::Turns { .. } => {}
             }
         }
         let writers = self.writers(&asked);
@@ -60,11 +60,11 @@ impl Assembler {
         self.program().invariants.extend(signs);
         for one in open {
             match one {
-                OpenEnd::Turns(turns, memory) => {
+                OpenEnd::Turns { actions, memory } => {
                     // If the chart itself begins anew with every call, its actions share that memory.
                     let is_within = memory.iter().any(|region| own.overlaps(*region));
                     let none = RegionSet::default();
-                    self.settle_turns(&turns, if is_within { &none } else { own });
+                    self.settle_turns(&actions, if is_within { &none } else { own });
                 }
                 OpenEnd::Preset { at, preset } => {
                     let is_one = |cell: Cell| {

@@ -62,9 +62,8 @@ pub(crate) enum OpenEnd {
     /// Instruction `at` writes a bit. The bit is false if only the instructions `own` write the variable at `cell`.
     Variable { at: usize, cell: Cell, own: Vec<usize> },
     /// In which of several orders these actions run. Any order gives the same result for an action that shares no
-    /// written cell with the others.
-    /// The actions, and the memory of the chart's instance.
-    Turns(Vec<Turn>, Vec<Region>),
+    /// written cell with the others. `memory` is that of the chart's instance.
+    Turns { actions: Vec<Turn>, memory: Vec<Region> },
     /// Instructions `own` keep the elapsed time of a step in `cell`. They are dropped if nothing reads it.
     StepTime { cell: Cell, own: Vec<usize> },
 }

@@ -20,6 +20,9 @@ pub(crate) struct Round {
     ended: Option<bool>,
     /// The reading (kind of controller) to which this pass belongs. None if it applies to all.
     of: Option<ActionOrder>,
+    /// Of two alphabetical orders, whether this is the one with `_` before letters and digits. None if they are equal,
+    /// or for another order.
+    sign_first: Option<bool>,
 }
 
 /// The lasting cells that some instructions read and write.
@@ -78,23 +81,33 @@ impl Cells {
 /// The possible passes over the actions of a chart. `stated` is the order that the user states, which leaves one order
 /// if it is clear.
 pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round> {
-    let Orders { declared, declared_is_clear, alphabetical, alphabetical_is_clear } = orders;
-    let stated = stated.filter(|one| match one {
-        ActionOrder::Named => true,
-        ActionOrder::Declared => *declared_is_clear,
-        ActionOrder::Alphabetical => *alphabetical_is_clear,
-    });
+    let Orders { declared, declared_is_clear, alphabetical } = orders;
+    let stated = stated.filter(|one| *one != ActionOrder::Declared || *declared_is_clear);
     let named: Vec<usize> = (0..declared.len()).collect();
-    let round = |order: &[usize], ended, of| Round { order: order.to_vec(), ended, of };
     let all = ActionOrder::ALL.into_iter().filter(|&one| stated.is_none_or(|own| own == one));
     let of = |one: ActionOrder| stated.is_none().then_some(one);
+    let whole = |order: &[usize], one| Round {
+        order: order.to_vec(),
+        ended: None,
+        of: of(one),
+        sign_first: None,
+    };
     all.flat_map(|one| match one {
-        ActionOrder::Named => vec![round(&named, None, of(one))],
-        ActionOrder::Declared => vec![round(declared, None, of(one))],
-        ActionOrder::Alphabetical => vec![
-            round(alphabetical, Some(true), of(one)),
-            round(alphabetical, Some(false), of(one)),
-        ],
+        ActionOrder::Named => vec![whole(&named, one)],
+        ActionOrder::Declared => vec![whole(declared, one)],
+        ActionOrder::Alphabetical => {
+            let differ = alphabetical[0] != alphabetical[1];
+            let orders = alphabetical.iter().zip([false, true]).take(if differ { 2 } else { 1 });
+            let parts = orders.flat_map(|(order, sign_first)| {
+                let sign_first = differ.then_some(sign_first);
+                [true, false].map(|ended| Round {
+                    ended: Some(ended),
+                    sign_first,
+                    ..whole(order, one)
+                })
+            });
+            parts.collect()
+        }
     })
     .collect()
 }
@@ -103,7 +116,8 @@ pub(crate) fn rounds(orders: &Orders, stated: Option<ActionOrder>) -> Vec<Round>
 /// once, a second pass with which any two can run the other way round. `may_be_any`: whether any steps may be active,
 /// whatever the chart says.
 pub(crate) fn of_steps(chart: &Chart, count: usize, may_be_any: bool) -> Vec<Round> {
-    let round = |of| Round { order: (0..count).collect(), ended: None, of: Some(of) };
+    let round =
+        |of| Round { order: (0..count).collect(), ended: None, of: Some(of), sign_first: None };
     match is_sequence(chart) && !may_be_any {
         true => vec![round(ActionOrder::Named)],
         false => vec![round(ActionOrder::Named), round(ActionOrder::Declared)],
@@ -132,13 +146,20 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
         }
         return;
     }
-    let ways: Vec<[Logic; 2]> = ended
+    let differ = rounds.iter().any(|round| round.sign_first.is_some());
+    let ways: Vec<(Logic, Logic, Option<Logic>)> = ended
         .iter()
         .map(|_| {
             let other =
                 host.differs("actions do not run in the order in which the chart names them");
             let declared = host.differs("actions run in the order of their declarations");
-            [host.keep_bit(other), host.keep_bit(declared)]
+            let [other, declared] = [other, declared].map(|bit| host.keep_bit(bit));
+            let sign_first = differ.then(|| {
+                let first =
+                    host.differs("the alphabetical order has `_` before letters and digits");
+                host.keep_bit(first)
+            });
+            (other, declared, sign_first)
         })
         .collect();
     let mut turns: Vec<Turn> =
@@ -146,7 +167,7 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
     let mut blocks = vec![0; ended.len()];
     for (number, round) in rounds.iter().enumerate() {
         for &at in &round.order {
-            let [other, declared] = ways[at].clone();
+            let (other, declared, sign_first) = ways[at].clone();
             let of = match round.of {
                 None => Logic::Const(true),
                 Some(ActionOrder::Named) => other.not(),
@@ -154,12 +175,17 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
                 Some(ActionOrder::Declared) => all([other, declared]),
                 Some(ActionOrder::Alphabetical) => all([other, declared.not()]),
             };
+            let sign = match (round.sign_first, sign_first) {
+                (Some(true), Some(first)) => first,
+                (Some(false), Some(first)) => first.not(),
+                _ => Logic::Const(true),
+            };
             let part = match round.ended {
                 None => Logic::Const(true),
                 Some(true) => ended[at].clone(),
                 Some(false) => ended[at].clone().not(),
             };
-            let (here, says) = host.unless_settled(all([of, part]));
+            let (here, says) = host.unless_settled(all([of, sign, part]));
             // A copy belongs to the same block as the first one.
             let after = host.program().blocks;
             if number > 0 {
@@ -178,7 +204,7 @@ pub(crate) fn in_turns<H: DerefMut<Target = Assembler>>(
             turns[at].copies.push(from..host.builder.next());
         }
     }
-    host.open_ends.push(OpenEnd::Turns(turns, memory));
+    host.open_ends.push(OpenEnd::Turns { actions: turns, memory });
 }
 
 impl Assembler {

@@ -144,7 +144,7 @@ impl<'t> Lower<'t> {
         let routine = self.tree.routine(id);
         let keeps_steps = routine.kind != RoutineKind::Method
             && self.tree.unit(routine.unit).kind != PouKind::Function;
-        if let Err(fault) = is_followed(chart, written, keeps_steps) {
+        if let Err(fault) = refuse_unsupported(chart, written, keeps_steps) {
             let fault = fault.within(&self.instances[at.instance].spot.name);
             return self.fault(fault);
         }
@@ -490,7 +490,7 @@ impl<'t> Lower<'t> {
 /// Refuses a chart in a function or method, which keep no steps from call to call; a chart that declares a flag of
 /// CODESYS that is not followed; one that may restart while actions are stored, because it is not documented whether
 /// these stay stored; and one with a transition from a step with an entry or exit action back to that step.
-fn is_followed(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
+fn refuse_unsupported(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
     let returns = |step: usize| {
         written.transitions.iter().find(|one| one.from.contains(&step) && one.to.contains(&step))
     };

@@ -29,10 +29,6 @@ use std::collections::{BTreeSet, HashSet};
 pub(crate) struct SourceTraits {
     /// Whether the tool may execute methods before the first scan that no code calls (`call_after_init` of CODESYS).
     pub(crate) begins_with_more: bool,
-    /// Whether a chart's actions are executed before its transitions are evaluated, as CODESYS and TwinCAT do.
-    pub(crate) actions_first: bool,
-    /// Whether the conditions of all transitions may be evaluated in each scan (a setting of CODESYS and TwinCAT).
-    pub(crate) may_evaluate_all: bool,
 }
 
 /// Lowers a project to a program. `with_unused` also lowers function blocks with charts that no program has an instance
@@ -43,14 +39,14 @@ pub(crate) struct SourceTraits {
 pub(crate) fn decode(
     project: &Project,
     dialect: &str,
-    mut traits: SourceTraits,
+    traits: SourceTraits,
     with_unused: bool,
     asked: &scanbound_front::Options<'_>,
 ) -> Result<Program, Vec<Diagnostic>> {
-    // This is the order of CODESYS and TwinCAT alone.
-    let is_of_codesys = asked.facts.action_order == Some(ActionOrder::Alphabetical);
-    traits.may_evaluate_all |= is_of_codesys && !traits.actions_first;
-    traits.actions_first |= is_of_codesys;
+    // The alphabetical order is that of CODESYS and TwinCAT alone. Of other files their settings are not known.
+    let has_their_order = asked.facts.action_order == Some(ActionOrder::Alphabetical);
+    let actions_first = project.is_of_codesys || has_their_order;
+    let may_evaluate_all = project.may_evaluate_all || has_their_order && !project.is_of_codesys;
     let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
@@ -67,9 +63,9 @@ pub(crate) fn decode(
         is_incomplete: asked.absent_calls_take_no_time,
         with_unused,
         charts: super::ChartOptions {
-            actions_first: traits.actions_first,
-            may_evaluate_all: traits.may_evaluate_all,
-            competing: Competing::new(project, asked.facts, traits.actions_first, 0),
+            actions_first,
+            may_evaluate_all,
+            competing: Competing::new(project, asked.facts, actions_first, 0),
             action_order: asked.facts.action_order,
             drawn_last_scan: asked.facts.drawn_last_scan,
             others_write: asked.others_write,
@@ -90,8 +86,7 @@ pub(crate) fn decode(
     if let Some(at) = asked.task.and_then(|name| tree.task(name)) {
         tasks[..=at].rotate_right(1);
     }
-    own.options.charts.competing =
-        Competing::new(project, asked.facts, traits.actions_first, tasks.len());
+    own.options.charts.competing = Competing::new(project, asked.facts, actions_first, tasks.len());
     own.program_of(&tasks, traits, asked)
 }
 

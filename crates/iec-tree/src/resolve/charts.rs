@@ -17,11 +17,12 @@ use scanbound_iec::{Body, Language, Pou, same};
 #[must_use]
 pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let names = chart.actions();
-    let mut alphabetical: Vec<usize> = (0..names.len()).collect();
-    alphabetical.sort_by_key(|&at| names[at].to_ascii_uppercase());
-    // Tools may put `_` before or after letters and digits.
-    let first = |at: usize| names[at].to_ascii_uppercase().replace('_', " ");
-    let alphabetical_is_clear = alphabetical.is_sorted_by_key(|&at| first(at));
+    // Tools may put `_` after letters and digits, or before them.
+    let alphabetical = ["_", " "].map(|sign| {
+        let mut order: Vec<usize> = (0..names.len()).collect();
+        order.sort_by_key(|&at| names[at].to_ascii_uppercase().replace('_', sign));
+        order
+    });
     // Boolean variables come first, then actions in order of declaration, then inline bodies and actions of instances.
     let rank = |&at: &usize| {
         let name = &names[at];
@@ -34,7 +35,7 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let mut declared: Vec<usize> = (0..names.len()).collect();
     declared.sort_by_key(rank);
     if chart.span.is_none() {
-        return Orders { declared, alphabetical, declared_is_clear: true, alphabetical_is_clear };
+        return Orders { declared, alphabetical, declared_is_clear: true };
     }
     let mut generated = as_generated(chart, &names);
     generated.sort_by_key(|at| rank(at).0);
@@ -43,7 +44,7 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     let is_clear = generated == declared
         && !(0..chart.steps.len()).any(branches)
         && chart.transitions.iter().all(|one| one.to.len() < 2);
-    Orders { declared: generated, alphabetical, declared_is_clear: is_clear, alphabetical_is_clear }
+    Orders { declared: generated, alphabetical, declared_is_clear: is_clear }
 }
 
 /// The actions of a drawn chart in the order in which generators declare them: depth first along the transitions, from
@@ -71,10 +72,6 @@ fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
     found
 }
 
-/// The Boolean flags of CODESYS that are not followed.
-const OTHER_FLAGS: &[&str] =
-    &["SFCTip", "SFCTipMode", "SFCPause", "SFCQuitError", "SFCError", "SFCTrans"];
-
 impl Resolver<'_> {
     pub(super) fn chart(&mut self, scope: Scope, unit: UnitId, chart: &written::Chart) -> Chart {
         let pou = &self.project.pous[unit.index()];
@@ -89,15 +86,17 @@ impl Resolver<'_> {
         let conditions = all.map(|one| self.expression(scope, &one.condition, one.line)).collect();
         let names = chart.actions();
         let actions = names.iter().map(|name| self.action(scope, pou, chart, name)).collect();
+        let [halt, restart, others @ ..] = written::CONTROL_FLAGS;
+        let mut others = others.into_iter().chain(written::STATE_FLAGS);
         Chart {
             written: chart.clone(),
             steps,
             conditions,
             actions,
             orders: orders(chart, pou),
-            halt: self.flag(unit, "SFCInit"),
-            restart: self.flag(unit, "SFCReset"),
-            other_flag: OTHER_FLAGS.iter().copied().find(|name| self.flag(unit, name).is_some()),
+            halt: self.flag(unit, halt),
+            restart: self.flag(unit, restart),
+            other_flag: others.find(|name| self.flag(unit, name).is_some()),
         }
     }
 

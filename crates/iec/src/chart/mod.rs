@@ -20,6 +20,13 @@ use std::collections::BTreeSet;
 /// The action that executes the blocks in drawn conditions, as Beremiz and OpenPLC name it. The initial step stores it.
 pub const COMPUTED: &str = "COMPUTE_FUNCTION_BLOCKS";
 
+/// The flags by which CODESYS controls a chart. The first two are followed.
+pub const CONTROL_FLAGS: [&str; 6] =
+    ["SFCInit", "SFCReset", "SFCTip", "SFCTipMode", "SFCPause", "SFCQuitError"];
+
+/// The Boolean flags by which CODESYS tells the state of a chart.
+pub const STATE_FLAGS: [&str; 2] = ["SFCError", "SFCTrans"];
+
 /// One input of an action's control block.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Feed {

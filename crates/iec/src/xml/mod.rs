@@ -23,7 +23,6 @@ use super::Project;
 use super::comment::Comments;
 use super::fault::Fault;
 use node::{Text, is_ascribed};
-pub use node::{evaluates_active_conditions_only, is_of_codesys};
 use roxmltree::{Document, Error};
 use scanbound_base::code::Code;
 

@@ -39,6 +39,8 @@ pub(super) struct Text {
     starts: Vec<usize>,
     /// Whether CODESYS or TwinCAT wrote the file.
     pub(super) is_codesys: bool,
+    /// Whether the conditions of all transitions may be evaluated in each scan.
+    pub(super) may_evaluate_all: bool,
     /// The rule for nested comments, if it is stated.
     comments: Option<Comments>,
 }
@@ -47,12 +49,6 @@ pub(super) struct Text {
 fn names_codesys(text: &str) -> bool {
     let text = text.to_ascii_lowercase();
     ["codesys", "twincat"].iter().any(|name| text.contains(name))
-}
-
-/// Whether CODESYS or TwinCAT wrote a PLCopen XML file, as its additional data says.
-#[must_use]
-pub fn is_of_codesys(text: &str) -> bool {
-    text.contains("3s-software.com")
 }
 
 /// The fault about a file with charts or drawings that only its header's product name ascribes to CODESYS or TwinCAT.
@@ -72,19 +68,22 @@ pub(super) fn is_ascribed(text: &Text, document: &Document<'_>) -> Option<Fault>
     Some(text.fault(header, what).code(Code::NotModelled).help(help))
 }
 
-/// Whether a file of CODESYS or TwinCAT says of each of its charts that only the conditions of active transitions are
-/// evaluated.
-#[must_use]
-pub fn evaluates_active_conditions_only(text: &str) -> bool {
+/// Whether a setting says of each chart of a file that only the conditions of active transitions are evaluated.
+fn evaluates_active_only(document: &Document<'_>) -> bool {
+    let named = |is_one: &dyn Fn(&str) -> bool| {
+        let all =
+            document.descendants().filter(|one| one.is_element() && is_one(one.tag_name().name()));
+        all.collect::<Vec<_>>()
+    };
+    let is_true = |one: &Node<'_, '_>| {
+        one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
+    };
     // Some versions misspell the name.
-    let settings = text.split("<CalcActiveTra").skip(1).filter_map(|behind| behind.split_once('>'));
-    let is_true =
-        |(_, value): (&str, &str)| value.trim_start().to_ascii_lowercase().starts_with("true");
-    let set = settings.filter(|one| is_true(*one)).count();
-    let charts = text.matches("<SFC>").count() + text.matches("<SFC ").count();
+    let settings = named(&|name| name.starts_with("CalcActiveTra"));
     // The project's own settings are not in the file.
-    let has_defaults = text.split("<UseDefaults>").skip(1).any(|behind| is_true(("", behind)));
-    set >= charts && !has_defaults && !text.contains("Only>false<")
+    let defaults = named(&|name| name == "UseDefaults");
+    let charts = named(&|name| name == "SFC").len();
+    settings.len() >= charts && settings.iter().all(is_true) && !defaults.iter().any(is_true)
 }
 
 impl Text {
@@ -92,12 +91,14 @@ impl Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let elements = || document.descendants().filter(Node::is_element);
         let is_theirs = |name: &str| name.contains("3s-software.com");
+        let is_codesys = elements().any(|one| {
+            one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
+        });
         Text {
             comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
-            is_codesys: elements().any(|one| {
-                one.tag_name().name() == "data" && one.attribute("name").is_some_and(is_theirs)
-            }),
+            is_codesys,
+            may_evaluate_all: is_codesys && !evaluates_active_only(document),
         }
     }
 

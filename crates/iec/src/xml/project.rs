@@ -9,7 +9,7 @@ use super::node::{EXCLUDED, Text, child, children, elements};
 use super::reading::Reading;
 use crate::ast::Path;
 use crate::chart::expansion::complete;
-use crate::chart::{Block, COMPUTED, Qualifier, Target};
+use crate::chart::{Block, COMPUTED, CONTROL_FLAGS, Qualifier, Target};
 use crate::fault::Fault;
 use crate::{
     Body, Named, Pou, PouKind, Project, Section, Task, TypeDeclaration, TypeRef, Variable, parse,
@@ -30,7 +30,12 @@ pub(super) struct Reader<'t> {
 
 impl<'t> Reader<'t> {
     pub(super) fn new(name: &str, text: &'t Text) -> Reader<'t> {
-        let project = Project { files: vec![name.to_owned()], ..Project::default() };
+        let project = Project {
+            files: vec![name.to_owned()],
+            is_of_codesys: text.is_codesys,
+            may_evaluate_all: text.may_evaluate_all,
+            ..Project::default()
+        };
         Reader { text, project, faults: Vec::new(), unnamed: BTreeSet::new() }
     }
 
@@ -394,16 +399,16 @@ fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
         one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
     };
     // Flags that the tool declares itself, so that they are not among the variables.
-    let is_used = |one: &Node<'_, '_>| {
-        let is_flag = ["Init", "Reset", "Pause", "QuitError", "Tip", "TipMode"]
-            .contains(&one.tag_name().name());
+    let flag = |one: Node<'_, '_>| {
+        let name = format!("SFC{}", one.tag_name().name());
         let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
-        is_flag && is_set("Use") && is_set("Declare")
+        let is_used = CONTROL_FLAGS.contains(&&*name) && is_set("Use") && is_set("Declare");
+        is_used.then_some(name)
     };
     let what = match node.tag_name().name() {
         "SFCSettings" => {
-            let flag = node.descendants().find(is_used)?.tag_name().name();
-            format!("the settings of the chart use the flag SFC{flag}")
+            let flag = node.descendants().find_map(flag)?;
+            format!("the settings of the chart use the flag {flag}")
         }
         "BuildProperties" => {
             let is_other = |one: &Node<'_, '_>| one.tag_name().name() != "LinkAlways";

@@ -148,6 +148,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
     let limit = told(check.limit);
     let most = upper(check.longest, check.limit);
     let [none_longer, none_more, takes] = measured(audit, check.measure);
+    let for_task = task(audit, "for");
     let margin = |time: String| match check.margin.is_none() {
         true => String::new(),
         false => format!(" ({time} with the margin of {})", check.margin),
@@ -198,7 +199,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
             // The sentence stands alone on stderr and in other formats: the reasons may not follow it.
             let told = match doubts {
                 true => format!(
-                    "the bound of {most}{above}{points} is within the limit of {limit}, but may be too low"
+                    "the bound of {most}{above}{points}{for_task} is within the limit of {limit}, but may be too low"
                 ),
                 false => format!(
                     "{none_longer} {most}{above}{points}, the limit is {limit}; but more of it than is allowed rests on assumed times"
@@ -213,7 +214,7 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
             };
             let bound = match audit.proved() {
                 Some(_) => format!("{none_more} {most}{above}{points}"),
-                None => format!("the bound is {most}{above}{points} and may be too low"),
+                None => format!("the bound{for_task} is {most}{above}{points} and may be too low"),
             };
             let and = if found.is_empty() { "" } else { "and " };
             let told = format!("the limit is {limit}; {found}{and}{bound}");
@@ -222,9 +223,14 @@ fn verdict(audit: &Audit, check: &Check) -> Answer {
     }
 }
 
-/// How it is said that none is longer, and that one takes so long. If there are several tasks, the task is named.
+/// The task to which a verdict applies, after this preposition; empty if there is only one task.
+fn task(audit: &Audit, preposition: &str) -> String {
+    audit.bounded_task.as_ref().map_or(String::new(), |name| format!(" {preposition} task {name}"))
+}
+
+/// How it is said that none is longer, and that one takes so long.
 fn measured(audit: &Audit, measure: Measure) -> [String; 3] {
-    let of = audit.bounded_task.as_ref().map_or(String::new(), |name| format!(" of task {name}"));
+    let of = task(audit, "of");
     match measure {
         Measure::Cycle | Measure::Execution => [
             format!("no scan{of} takes longer than"),

@@ -187,6 +187,7 @@ impl<'d> Drawer<'_, '_, 'd> {
         };
         match path {
             Path::Power => power,
+            // Each operand of an expression was visited.
             Path::One(operand) => values[operand].clone(),
             Path::Row(all) => joined(Operator::And, all).unwrap_or(power),
             Path::Fork(all) if all.iter().any(|one| **one == Path::Power) => power,
