@@ -122,7 +122,13 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
             let step = dice.below(chart.steps.len() as u64) as usize;
             let time = qualifier.is_timed().then_some(Expr::Literal(Literal::Time(time)));
             let target = Target::Path(Path::name(format!("m{action}")));
-            chart.steps[step].blocks.push(Block { qualifier, time, target, line: 1 });
+            chart.steps[step].blocks.push(Block {
+                qualifier,
+                is_qualified: true,
+                time,
+                target,
+                line: 1,
+            });
         };
         for _ in 0..1 + dice.below(2) {
             add(dice, qualifier);

@@ -18,6 +18,7 @@ pub mod list;
 pub mod macros;
 pub mod measured;
 pub mod melsec;
+pub mod model_bound;
 pub mod omron_plc;
 pub mod passed;
 pub mod plc;

@@ -212,6 +212,8 @@ impl Target {
 pub struct Block {
     /// The qualifier: when the action runs.
     pub qualifier: Qualifier,
+    /// Whether the qualifier is written; otherwise it is N by default.
+    pub is_qualified: bool,
     /// The time of `L`, `D`, `SD`, `DS` or `SL`; `None` if none is written.
     pub time: Option<Expr>,
     /// The action or Boolean variable that the block controls.

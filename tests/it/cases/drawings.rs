@@ -2,6 +2,7 @@
 
 use super::{Run, audit, case, lower_ns, scanbound, upper_ns};
 use crate::common::command::binary;
+use crate::common::model_bound::model_bounds;
 use scanbound::audit::{Failure, Request};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;
@@ -307,13 +308,14 @@ pub(super) fn bound(name: &str, text: &str, table: &Table) -> u64 {
 
 /// Whether a drawing and the text that generators write of it are charged alike, whatever an instruction takes.
 fn alike(drawing: &str, text: &str) {
-    let mut charged = 0;
-    for row in ROWS.iter().copied().chain(CLASSES) {
-        let table = only(row);
-        let (drawn, written) = (bound("d.xml", drawing, &table), bound("t.st", text, &table));
-        assert_eq!(drawn, written, "{row}\n{text}\n{drawing}");
-        charged += u32::from(drawn > 0);
+    let rows: Vec<&str> = ROWS.iter().copied().chain(CLASSES).collect();
+    let tables: Vec<Table> = rows.iter().map(|row| only(row)).collect();
+    let drawn = model_bounds("d.xml", drawing, &tables);
+    for ((row, drawn), written) in rows.iter().zip(&drawn).zip(model_bounds("t.st", text, &tables))
+    {
+        assert_eq!(*drawn, written, "{row}\n{text}\n{drawing}");
     }
+    let charged = drawn.iter().filter(|drawn| drawn.0 > 0).count();
     assert!(charged > 2, "{text}");
 }
 
@@ -602,9 +604,10 @@ fn a_set_or_reset_coil_costs_no_less_than_the_text_or_its_row() {
         let coil = elements.replace("<coil", &format!("<coil storage=\"{storage}\""));
         let drawing = program("a:BOOL x:BOOL", &format!("<LD>{coil}</LD>"));
         let text = in_text("a:BOOL x:BOOL", "", &format!("IF a THEN x := {value}; END_IF;"));
-        for table in ROWS.iter().copied().chain(CLASSES).map(only) {
-            let written = bound("t.st", &text, &table);
-            assert!(bound("d.xml", &drawing, &table) >= written, "{storage}");
+        let tables: Vec<Table> = ROWS.iter().copied().chain(CLASSES).map(only).collect();
+        let drawn = model_bounds("d.xml", &drawing, &tables);
+        for (drawn, written) in drawn.iter().zip(model_bounds("t.st", &text, &tables)) {
+            assert!(*drawn >= written, "{storage}");
         }
         assert_eq!(bound("d.xml", &drawing, &only(row)), 10_000);
         let generated = bound("t.st", &text, &only("JMP"));

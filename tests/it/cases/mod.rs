@@ -2,6 +2,7 @@
 
 mod charts;
 mod constant_scans;
+mod controllers;
 mod drawings;
 mod melsec;
 mod names;

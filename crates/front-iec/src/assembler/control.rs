@@ -15,14 +15,24 @@ pub(crate) struct Whole {
     pub(crate) no_final_scan: Logic,
     /// Whether initial steps are active in the first scan without counting as entered.
     pub(crate) not_entered: Logic,
+    /// True in the first scan, on controllers where the times of initial steps run before it.
+    pub(crate) runs_early: Logic,
     /// The initial steps of the chart, by number.
     pub(crate) initial_steps: Vec<usize>,
+    /// The initial steps to which a transition leads, by number.
+    pub(crate) entered_again: Vec<usize>,
 }
 
 impl Whole {
     /// Whether one of an input's steps is an initial step.
     fn has_initial(&self, feed: &Feed) -> bool {
         feed.steps.iter().any(|step| self.initial_steps.contains(step))
+    }
+
+    /// Whether a transition leads to each initial step of an input.
+    fn is_entered_again(&self, feed: &Feed) -> bool {
+        let mut initial = feed.steps.iter().filter(|step| self.initial_steps.contains(step));
+        initial.all(|step| self.entered_again.contains(step))
     }
 }
 
@@ -34,8 +44,22 @@ pub(crate) struct Output {
     /// True where its body is executed in this scan: also once more after the action ends, on controllers with a final
     /// scan.
     pub(crate) runs: Logic,
-    /// True where a Boolean variable may keep its value: nothing switches it on or off in this scan.
-    pub(crate) may_stay: Logic,
+    /// What the blocks write to the action's Boolean variable on controllers where each block writes it by itself.
+    /// `None` if the action is not a variable.
+    pub(crate) written: Option<Written>,
+}
+
+/// What the blocks of an action write to its Boolean variable on controllers where each block writes it by itself
+/// (matiec: "Steps association" and "Actions execution" of `generate_c_sfc.cc`).
+#[derive(Clone)]
+pub(crate) struct Written {
+    /// True where they switch it on.
+    sets: Logic,
+    /// True where they do not write it.
+    stays: Logic,
+    /// Whether this may differ from the action's state although nothing else writes the variable: blocks that store or
+    /// reset the action stand beside blocks that do not.
+    differs: bool,
 }
 
 /// The value of a Boolean variable before its action sets it.
@@ -73,24 +97,27 @@ fn left(memory: &Memory, steps: &[usize]) -> Logic {
 }
 
 impl Assembler {
-    /// Lowers the control of an action and charges it. `at_once`: for each input, whether its time is 0.
+    /// Lowers the control of an action and charges it. `at_once`: for each input, whether its time is 0. `is_variable`:
+    /// whether the action is a Boolean variable.
     pub(crate) fn control(
         &mut self,
         memory: &Memory,
         action: &ActionMemory,
         whole: &Whole,
         at_once: &[Logic],
+        is_variable: bool,
     ) -> Output {
         let reset = self.keep_bit(action.active(memory, Qualifier::R));
-        let stores = action.active(memory, Qualifier::S);
-        let stored = all([any([now(action.stored), stores]), reset.clone().not()]);
+        let now_stores = self.keep_bit(action.active(memory, Qualifier::S));
+        let stored = all([any([now(action.stored), now_stores.clone()]), reset.clone().not()]);
         let mut changes = vec![set(action.stored, stored)];
         let (mut levels, mut stored, mut offs) = (Vec::new(), vec![now(action.stored)], Vec::new());
         let mut pulses = Vec::new();
         let mut keep = Vec::new();
-        let limits: Vec<(Cell, Logic)> = Self::shared_limits(action)
-            .map(|input| input.over)
-            .map(|over| (over, self.keep_bit(now(over))))
+        let is_timed = |feed: &Feed| feed.qualifier.is_stored() && feed.qualifier.is_timed();
+        let timed: Vec<(Qualifier, Cell, Logic)> = { action.feeds.iter().zip(&action.inputs) }
+            .filter(|(feed, _)| is_timed(feed))
+            .map(|(feed, input)| (feed.qualifier, input.over, self.keep_bit(now(input.over))))
             .collect();
         let inputs = action.feeds.iter().zip(&action.inputs).zip(at_once);
         for ((feed, input), at_once) in inputs {
@@ -106,31 +133,37 @@ impl Assembler {
             offs.push(given.off);
         }
         self.write(changes);
-        if !limits.is_empty() {
-            self.limits_end_all(action, &limits);
+        let expires = |limits: bool| {
+            let some = timed.iter().filter(move |one| (one.0 == Qualifier::Sl) == limits);
+            any(some.map(|(_, over, was)| all([now(*over), was.clone().not()])))
+        };
+        let (limit_ends, delay_ends) =
+            (self.keep_bit(expires(true)), self.keep_bit(expires(false)));
+        if action.feeds.iter().filter(|feed| feed.qualifier.is_stored()).count() > 1 {
+            self.limits_end_all(action, &limit_ends);
         }
         // If several blocks without storing name the action, on some controllers the last one decides. Which one is
         // last depends on the order of the steps there, so the action may be off if any of them has it off.
         let blocks: usize = action.feeds.iter().map(|feed| feed.steps.len()).sum();
-        let overruled = match blocks {
+        let is_off = self.keep_bit(any(offs));
+        let (overruled, last_is_off) = match blocks {
             2.. => {
                 let last = self.differs("of several blocks of an action, the last one decides");
-                let is_off = match last {
-                    Logic::Const(false) => Logic::Const(false),
-                    _ => self.left_open(),
-                };
-                self.keep_bit(all([any(offs), last, is_off]))
+                let last_is_off = self.left_open();
+                let overruled = all([is_off.clone(), last, last_is_off.clone()]);
+                (self.keep_bit(overruled), last_is_off)
             }
-            _ => Logic::Const(false),
+            _ => (Logic::Const(false), Logic::Const(true)),
         };
         let held = match action.has_reset() {
             true => all([reset.clone(), whole.reset_only_stored.clone().not()]),
             false => Logic::Const(false),
         };
-        let unstored = self.keep_bit(all([any(levels), held.not(), overruled.clone().not()]));
+        let is_on = self.keep_bit(any(levels.iter().chain(&pulses).cloned()));
+        let unstored = all([any(levels), held.not(), overruled.clone().not()]);
         let was_on = self.keep_bit(now(action.on));
-        let stored = all([any(stored), reset.clone().not()]);
-        let on = self.keep_bit(any([unstored.clone(), stored]));
+        let stored = self.keep_bit(all([any(stored), reset.clone().not()]));
+        let on = self.keep_bit(any([unstored, stored.clone()]));
         let pulse = self.keep_bit(all([any(pulses), overruled.not()]));
         let ends = self.keep_bit(all([was_on.clone(), on.clone().not()]));
         let last = all([ends.clone(), whole.no_final_scan.clone().not()]);
@@ -139,29 +172,32 @@ impl Assembler {
         let effects = keep.into_iter().map(always).collect();
         let key = Assembler::key(&["ACTION"], "nothing");
         self.builder.add(Some(key), effects, Step::Act { fires: runs.clone() });
-        let stays_off = all([on.clone().not(), ends.not(), reset.not()]);
-        let stays_on = all([on.clone(), was_on, unstored.not()]);
-        let may_stay = all([any([stays_off, stays_on]), pulse.clone().not()]);
-        Output { on: any([on, pulse]), runs, may_stay }
+        let written = is_variable.then(|| {
+            // A block that stores or resets the action comes after the others, and R comes last.
+            let begins = { action.feeds.iter() }.filter(|feed| feed.qualifier == Qualifier::Sl);
+            let begins = any(begins.map(|feed| entered(memory, &feed.steps)));
+            let stores = any([now_stores, begins, delay_ends, all([stored, was_on.not()])]);
+            let clears = any([reset, limit_ends]);
+            let switches_on = all([is_on.clone(), all([is_off.clone(), last_is_off]).not()]);
+            let on = any([stores.clone(), switches_on]);
+            let sets = self.keep_bit(all([on, clears.clone().not()]));
+            let stays = self.keep_bit(any([clears, stores, is_on, is_off]).not());
+            let keeps = |feed: &Feed| feed.qualifier.is_stored() || feed.qualifier == Qualifier::R;
+            let differs = action.feeds.iter().any(keeps) && !action.feeds.iter().all(keeps);
+            Written { sets, stays, differs }
+        });
+        Output { on: any([on, pulse]), runs, written }
     }
 
-    /// The inputs with qualifier SL of an action that another input also stores.
-    fn shared_limits(action: &ActionMemory) -> impl Iterator<Item = &InputMemory> {
-        let stores = action.feeds.iter().filter(|feed| feed.qualifier.is_stored()).count();
-        let inputs = action.feeds.iter().zip(&action.inputs);
-        inputs
-            .filter(move |(feed, _)| stores > 1 && feed.qualifier == Qualifier::Sl)
-            .map(|(_, input)| input)
-    }
-
-    /// On controllers where an action has one common store, clears it when the time of an SL input is over, whoever set
-    /// it. `limits`: for each SL input, the cell that says whether its time is over, and whether it was over in the
-    /// previous scan.
-    fn limits_end_all(&mut self, action: &ActionMemory, limits: &[(Cell, Logic)]) {
+    /// On controllers where an action has one common store, clears it where the time of an SL input is over (`ends`),
+    /// whoever set it.
+    fn limits_end_all(&mut self, action: &ActionMemory, ends: &Logic) {
+        if !action.feeds.iter().any(|feed| feed.qualifier == Qualifier::Sl) {
+            return;
+        }
         let one =
             self.differs("an action has one common store, which the end of an SL time clears");
-        let ends = limits.iter().map(|(over, was)| all([now(*over), was.clone().not()]));
-        let ends = self.keep_bit(all([one, any(ends)]));
+        let ends = self.keep_bit(all([one, ends.clone()]));
         let goes_on = |cell: Cell| set(cell, all([now(cell), ends.clone().not()]));
         let mut changes = vec![goes_on(action.stored)];
         for (feed, input) in action.feeds.iter().zip(&action.inputs) {
@@ -216,6 +252,22 @@ impl Assembler {
             true => self.uncounted_bit(),
             false => Logic::Const(false),
         };
+        // L and D look at the time of their step.
+        let early = match feed.qualifier {
+            Qualifier::L | Qualifier::D
+                if whole.has_initial(feed) && whole.runs_early != Logic::Const(false) =>
+            {
+                // No lower bound rests on the time of a step that is active in one stretch only: some controllers have
+                // only times from 0 on there, others only long ones.
+                let over = match whole.is_entered_again(feed) {
+                    true => free.clone(),
+                    false => self.left_open(),
+                };
+                all([whole.runs_early.clone(), over])
+            }
+            _ => Logic::Const(false),
+        };
+        let at_once = any([at_once.clone(), early]);
         // A running timer may expire in any scan and stays expired. In the scan in which it starts, it expires only if
         // its time is 0.
         let over = |runs: Logic, ran: Logic| {
@@ -302,32 +354,36 @@ impl Assembler {
         self.keep_bit(all([none, short]))
     }
 
-    /// The value that a Boolean variable gets from its action. On some controllers it keeps its value if nothing
-    /// switches the action. For a variable with a cell, also returns that cell and the instruction that allows this;
-    /// the allowance is void if only its actions write the variable.
+    /// The value that a Boolean variable gets from its action: its state, or on some controllers what its blocks write.
+    /// For a variable with a cell, also returns that cell and the instruction that allows the second; the allowance is
+    /// void if only its actions write the variable, unless its blocks alone can make a difference.
     pub(crate) fn held(
         &mut self,
         before: &Before,
-        on: Logic,
-        may_stay: Logic,
+        output: &Output,
     ) -> (Logic, Option<(usize, Cell)>) {
+        let Output { on, written: Some(written), .. } = output else {
+            return (output.on.clone(), None);
+        };
         let other =
             self.differs("a Boolean variable keeps its value if nothing switches its action");
-        let stays = all([may_stay, other]);
-        let value = |stays: Logic, before: Logic| {
-            any([all([on.clone(), stays.clone().not()]), all([stays, before])])
+        let value = |other: Logic, before: Logic| {
+            let kept = all([written.stays.clone(), before]);
+            let by_blocks = any([written.sets.clone(), kept]);
+            any([all([on.clone(), other.clone().not()]), all([other, by_blocks])])
         };
         match *before {
+            Before::Cell(cell) if written.differs => (value(other, now(cell)), None),
             Before::Cell(cell) => {
-                let (stays, at) = self.unless_settled(stays);
-                (value(stays, now(cell)), Some((at, cell)))
+                let (other, at) = self.unless_settled(other);
+                (value(other, now(cell)), Some((at, cell)))
             }
             Before::Bit(cell, bit) => {
-                (value(stays, Logic::Bit(BitSource::WordBit(cell, bit))), None)
+                (value(other, Logic::Bit(BitSource::WordBit(cell, bit))), None)
             }
             Before::Any => {
                 let before = self.any_bit("an array element that an action may leave unchanged");
-                (value(stays, before), None)
+                (value(other, before), None)
             }
         }
     }

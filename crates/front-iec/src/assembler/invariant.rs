@@ -78,6 +78,24 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
     found
 }
 
+/// The invariants of a chart whose steps change where its next execution begins: a transition that clears had all steps
+/// before it active, and of transitions after one step only one clears unless `all_clear`.
+pub(crate) fn of_transitions(chart: &Chart, memory: &Memory, all_clear: bool) -> Vec<Logic> {
+    let mut found = Vec::new();
+    for (number, one) in chart.transitions.iter().enumerate() {
+        let clears = || on(memory.clears[number]);
+        found.push(any([on(memory.started), clears().not()]));
+        found.extend(one.from.iter().map(|&step| never([clears(), on(memory.steps[step]).not()])));
+        let shares = |other: usize| {
+            let other = &chart.transitions[other].from;
+            !all_clear && one.from.iter().any(|step| other.contains(step))
+        };
+        let rivals = (0..number).filter(|&other| shares(other));
+        found.extend(rivals.map(|other| never([clears(), on(memory.clears[other])])));
+    }
+    found
+}
+
 /// Sets of mutually exclusive members, which together cover every exclusive pair. `together`: for each member, those
 /// that can be active together with it.
 fn cliques(together: &[Bits]) -> Vec<Vec<usize>> {

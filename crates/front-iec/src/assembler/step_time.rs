@@ -8,7 +8,7 @@ use super::timer::{double, put};
 use super::value::constant;
 use super::{Assembler, OpenEnd};
 use scanbound_iec::chart::Chart;
-use scanbound_ir::{Cell, Logic};
+use scanbound_ir::{BitTarget, Cell, Logic, Region, Write};
 use std::collections::BTreeSet;
 
 impl Assembler {
@@ -29,6 +29,37 @@ impl Assembler {
             let initial = Logic::Const(time.initial);
             let begins = all([begins.clone(), any([initial, ends.clone()])]);
             self.zero(time.cell, begins);
+        }
+    }
+
+    /// Gives any value to the times of the initial steps where the chart is first executed, on the controllers where
+    /// they run before that (`early`). `entered_again`: the initial steps to which a transition leads.
+    pub(crate) fn times_run_early(
+        &mut self,
+        memory: &Memory,
+        early: &Logic,
+        entered_again: &[usize],
+    ) {
+        for time in memory.times.iter().filter(|time| time.initial) {
+            if time.steps.iter().any(|step| entered_again.contains(step)) {
+                let (later, [found, least]) = self.later_than(time.cell);
+                let at = self.write_if(early.clone(), vec![put(time.cell, double(later))], None);
+                self.told(time.cell, vec![found, least, at]);
+                continue;
+            }
+            let any = self.words_between(2);
+            let choice = self.builder.choice();
+            // The step is active in one stretch only. Some controllers have only times from 0 on there, others only
+            // long ones: no lower bound rests on it.
+            self.program().statements.undefined_by_language.insert(choice);
+            let sign = BitTarget::WordBit(any.plus(1), 15);
+            let writes = vec![
+                Write::Havoc(Region::Range { first: any, count: 2 }, choice),
+                Write::Bit(sign, Logic::Const(false)),
+            ];
+            let found = self.write(writes);
+            let at = self.write_if(early.clone(), vec![put(time.cell, double(any))], None);
+            self.told(time.cell, vec![found, at]);
         }
     }
 

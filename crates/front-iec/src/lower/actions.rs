@@ -113,7 +113,6 @@ impl Lower<'_> {
         output: &Output,
         line: u32,
     ) -> Option<Kept> {
-        let Output { on, may_stay, .. } = output.clone();
         let written = self.find(at, place, line).and_then(|found| {
             let bool = self.tree.types.elementary(Elementary::Bool);
             let before = match &found {
@@ -123,7 +122,7 @@ impl Lower<'_> {
                 Found::WordBit(cell, bit, _) => Before::Bit(*cell, *bit),
                 _ => Before::Any,
             };
-            let (on, open) = self.held(&before, on, may_stay);
+            let (on, open) = self.held(&before, output);
             Ok((self.writes(found, Value::Bit(on), line)?, open))
         });
         let (writes, open) = match written {

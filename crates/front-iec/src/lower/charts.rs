@@ -14,10 +14,10 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::PouKind;
-use scanbound_iec::chart::{Chart as Written, Feed, Qualifier};
+use scanbound_iec::chart::{Chart as Written, Feed, Qualifier, Transition};
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::accesses::{self, Accesses};
-use scanbound_iec_tree::charts::{Action, Chart, Hooks, StepFlag};
+use scanbound_iec_tree::charts::{Action, ActionBody, Chart, Hooks, StepFlag};
 use scanbound_iec_tree::code::{Call, Place};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
 use scanbound_iec_tree::tree::{ExprKind, Statement};
@@ -28,6 +28,13 @@ use std::rc::Rc;
 
 /// Text of a reading: how matiec differs when a chart begins.
 const NOT_ENTERED: &str = "initial steps are not entered in the first scan";
+
+/// Text of a reading: in matiec, the time of an initial step counts from the start of the controller's clock.
+const RUNS_EARLY: &str = "the times of initial steps run before their chart is first executed";
+
+/// Text of a reading: what a restart of a chart does (CODESYS, TwinCAT).
+const RESTART_ENDS: &str =
+    "SFCInit and SFCReset execute exit actions and the final scans of actions";
 
 /// The chart that is being lowered.
 pub(super) struct Own<'c> {
@@ -57,8 +64,14 @@ impl<'t> Lower<'t> {
             true => Vec::new(),
             false => {
                 let options = &self.options.charts;
-                let always_acts = !options.actions_first && own.halt.is_none();
-                invariant::of(chart, &memory, always_acts, &options.competing.net(chart))
+                let always_acts = own.halt.is_none();
+                let net = options.competing.net(chart);
+                let mut found = invariant::of(chart, &memory, always_acts, &net);
+                if options.actions_first {
+                    let all_clear = options.competing.may_all_clear();
+                    found.extend(invariant::of_transitions(chart, &memory, all_clear));
+                }
+                found
             }
         };
         let program = self.program();
@@ -166,16 +179,20 @@ impl<'t> Lower<'t> {
         let begins =
             any([first.clone()].into_iter().chain(halt.clone().into_iter().chain(restart)));
         let begins = self.keep_bit(begins);
+        let actions_first = self.options.charts.actions_first;
+        if actions_first {
+            // On CODESYS and TwinCAT, step flags change where the next execution of the chart begins.
+            self.change_steps(&own);
+        }
         self.times_go_on(&own.memory);
         // matiec enters no step in the first scan. It executes actions in the order of their declarations, and its
         // projects are not files of CODESYS or TwinCAT.
-        let may_be_matiec = !self.options.charts.actions_first
+        let may_be_matiec = !actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
         let stop = halt.map(|halt| self.jump(halt, None));
-        let actions_first = self.options.charts.actions_first;
         if actions_first {
-            self.act(&own, may_be_matiec);
+            self.act(&own, &first, may_be_matiec);
         }
         // Matiec, CODESYS and TwinCAT evaluate transitions in the first scan, and perhaps where SFCReset restarts the
         // chart.
@@ -183,13 +200,16 @@ impl<'t> Lower<'t> {
             true => self.differs("transitions are evaluated in the first scan"),
             false => Logic::Const(false),
         };
-        let looks = if actions_first { may_look } else { all([first, may_look]) };
+        let looks = if actions_first { may_look } else { all([first.clone(), may_look]) };
         let skip = self.jump(all([begins, looks.not()]), None);
-        self.evolve(&own);
+        self.evaluate_transitions(&own);
+        if !actions_first {
+            self.change_steps(&own);
+        }
         self.land(skip);
         self.landing();
         if !actions_first {
-            self.act(&own, may_be_matiec);
+            self.act(&own, &first, may_be_matiec);
         }
         if let Some(stop) = stop {
             self.land(stop);
@@ -204,10 +224,19 @@ impl<'t> Lower<'t> {
         for (cell, step) in memory.steps.iter().zip(&own.written.steps) {
             resets.push(set(*cell, Logic::Const(step.initial)));
         }
+        resets.extend(memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))));
+        // It is not documented whether a restart executes what the end of a step does.
+        let restarts = own.chart.halt.is_some() || own.chart.restart.is_some();
+        let ends = match restarts {
+            true => all([first.clone().not(), self.differs(RESTART_ENDS)]),
+            false => Logic::Const(false),
+        };
+        let ends = |cell: Cell| set(cell, all([Logic::cell(cell), ends.clone()]));
         for action in &memory.actions {
-            let own = action.inputs.iter().flat_map(|input| [input.was, input.stored, input.over]);
-            let cells = own.chain([action.on, action.stored]);
-            resets.extend(cells.map(|cell| set(cell, Logic::Const(false))));
+            let inputs = action.inputs.iter();
+            let over = inputs.clone().flat_map(|input| [input.stored, input.over]);
+            let cells = over.chain([action.stored]).map(|cell| set(cell, Logic::Const(false)));
+            resets.extend(cells.chain(inputs.map(|input| input.was).chain([action.on]).map(ends)));
         }
         let entered = match may_be_matiec {
             true => self.differs(NOT_ENTERED),
@@ -215,8 +244,7 @@ impl<'t> Lower<'t> {
         };
         let entered = all([first.clone(), entered]);
         for (&cell, step) in memory.were.iter().zip(&own.written.steps) {
-            let was = if step.initial { entered.clone() } else { Logic::Const(false) };
-            resets.push(set(cell, was));
+            resets.push(if step.initial { set(cell, entered.clone()) } else { ends(cell) });
         }
         // A pulse occurs only where a step is entered or left.
         for action in &memory.actions {
@@ -228,13 +256,18 @@ impl<'t> Lower<'t> {
         }
         self.write_if(begins.clone(), resets, None);
         self.times_begin(memory, begins);
+        if may_be_matiec {
+            let early = self.differs(RUNS_EARLY);
+            let early = all([first.clone(), early]);
+            self.times_run_early(memory, &early, &entered_again(own.written));
+        }
     }
 
-    fn evolve(&mut self, own: &Own<'_>) {
+    /// Evaluates the transitions: which of them clear.
+    fn evaluate_transitions(&mut self, own: &Own<'_>) {
         let (chart, memory) = (own.written, &own.memory);
         let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
         self.write(none);
-        let mut entering = vec![Vec::new(); chart.steps.len()];
         let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
         let early = self.flags_before_priorities(own);
         let mut ended: Option<Vec<(Cell, Logic, Logic)>> = None;
@@ -264,7 +297,6 @@ impl<'t> Lower<'t> {
             let enabled = all(steps.chain(rivals));
             let enabled = self.keep_bit(enabled);
             one.from.iter().for_each(|&step| leaving[step].push(number));
-            one.to.iter().for_each(|&step| entering[step].push(number));
             let key = Assembler::key(&["TRANSITION"], "nothing");
             self.act_where(key, Vec::new(), enabled.clone());
             let evaluated = match self.options.charts.may_evaluate_all {
@@ -297,10 +329,19 @@ impl<'t> Lower<'t> {
             self.landing();
             self.counted_part(from, one.line, &text, 1);
         }
-        let clear = |which: &[usize]| any(which.iter().map(|&at| Logic::cell(memory.clears[at])));
+    }
+
+    /// Deactivates the steps before the transitions that clear, and activates those after them.
+    fn change_steps(&mut self, own: &Own<'_>) {
+        let (chart, memory) = (own.written, &own.memory);
+        let clears = |is_one: &dyn Fn(&Transition) -> bool| {
+            let some = chart.transitions.iter().zip(&memory.clears).filter(|(one, _)| is_one(one));
+            any(some.map(|(_, &cell)| Logic::cell(cell)))
+        };
         self.times_of_entered(chart, memory);
         let moves = memory.steps.iter().enumerate().map(|(step, &cell)| {
-            let (entered, left) = (clear(&entering[step]), clear(&leaving[step]));
+            let entered = clears(&|one| one.to.contains(&step));
+            let left = clears(&|one| one.from.contains(&step));
             set(cell, any([entered, all([Logic::cell(cell), left.not()])]))
         });
         let moves = moves.collect();
@@ -364,7 +405,7 @@ impl<'t> Lower<'t> {
     }
 
     /// Lowers the steps, then their exit, entry and active code, then the actions.
-    fn act(&mut self, own: &Own<'_>, may_be_matiec: bool) {
+    fn act(&mut self, own: &Own<'_>, first: &Logic, may_be_matiec: bool) {
         let (chart, memory) = (own.written, &own.memory);
         for (step, one) in chart.steps.iter().enumerate() {
             self.at(one.line, &format!("STEP {}", one.name));
@@ -385,9 +426,14 @@ impl<'t> Lower<'t> {
                 true => self.differs(NOT_ENTERED),
                 false => Logic::Const(false),
             },
+            runs_early: match may_be_matiec {
+                true => all([first.clone(), self.differs(RUNS_EARLY)]),
+                false => Logic::Const(false),
+            },
             initial_steps: (0..chart.steps.len())
                 .filter(|&step| chart.steps[step].initial)
                 .collect(),
+            entered_again: entered_again(chart),
         };
         let mut outputs = Vec::new();
         for (one, action) in own.chart.actions.iter().zip(&memory.actions) {
@@ -399,7 +445,8 @@ impl<'t> Lower<'t> {
             let from = self.builder.next();
             let kinds = action.feeds.iter().map(|feed| feed.qualifier);
             let at_once = self.times_over(own.at, one, kinds);
-            outputs.push(self.control(memory, action, &whole, &at_once));
+            let is_variable = matches!(one.body, ActionBody::Variable(_));
+            outputs.push(self.control(memory, action, &whole, &at_once, is_variable));
             self.counted_part(from, one.line, &text, one.blocks);
         }
         let keep = memory.were.iter().zip(&memory.steps);
@@ -485,6 +532,13 @@ impl<'t> Lower<'t> {
         self.land(skip);
         self.landing();
     }
+}
+
+/// The initial steps to which a transition leads, by number.
+fn entered_again(chart: &Written) -> Vec<usize> {
+    let leads_to = |step: usize| chart.transitions.iter().any(|one| one.to.contains(&step));
+    let initial = (0..chart.steps.len()).filter(|&step| chart.steps[step].initial);
+    initial.filter(|&step| leads_to(step)).collect()
 }
 
 /// Refuses a chart in a function or method, which keep no steps from call to call; a chart that declares a flag of

@@ -72,6 +72,12 @@ fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
     found
 }
 
+fn no_action(name: &str, line: u32) -> ActionBody {
+    let what = format!("{name} in an action block is neither an action nor a Boolean variable");
+    let help = "name an action, and call the block or set the property there";
+    ActionBody::Inline(Language::Sfc, Code::Unread(Fault::new(line, what).help(help)))
+}
+
 impl Resolver<'_> {
     pub(super) fn chart(&mut self, scope: Scope, unit: UnitId, chart: &written::Chart) -> Chart {
         let pou = &self.project.pous[unit.index()];
@@ -83,7 +89,7 @@ impl Resolver<'_> {
         });
         let steps = steps.collect();
         let all = chart.transitions.iter();
-        let conditions = all.map(|one| self.expression(scope, &one.condition, one.line)).collect();
+        let conditions = all.map(|one| self.condition(scope, pou, one)).collect();
         let names = chart.actions();
         let actions = names.iter().map(|name| self.action(scope, pou, chart, name)).collect();
         let [halt, restart, others @ ..] = written::CONTROL_FLAGS;
@@ -96,8 +102,32 @@ impl Resolver<'_> {
             orders: orders(chart, pou),
             halt: self.flag(unit, halt),
             restart: self.flag(unit, restart),
-            other_flag: others.find(|name| self.flag(unit, name).is_some()),
+            other_flag: others
+                .find(|name| self.flag(unit, name).is_some())
+                .or_else(|| self.global_flag(scope, unit)),
         }
+    }
+
+    /// The first flag of CODESYS that is not declared in the unit itself, but in a list of global variables or a base.
+    fn global_flag(&mut self, scope: Scope, unit: UnitId) -> Option<&'static str> {
+        let mut all = written::CONTROL_FLAGS.into_iter().chain(written::STATE_FLAGS);
+        all.find(|name| {
+            self.flag(unit, name).is_none() && self.one_path(scope, &Path::name(*name), 0).is_ok()
+        })
+    }
+
+    /// The condition of a transition. It may name a transition of the unit, but not where that is drawn as a variable.
+    fn condition(&mut self, scope: Scope, pou: &Pou, one: &written::Transition) -> Expr {
+        let name = match &one.condition {
+            ast::Expr::Variable(path) => path.as_name(),
+            _ => None,
+        };
+        let own = name.filter(|name| pou.transitions.iter().any(|own| same(&own.name, name)));
+        let Some(name) = own else { return self.expression(scope, &one.condition, one.line) };
+        let what =
+            format!("the condition {name} may be the transition of this name, or a variable");
+        let fault = Fault::new(one.line, what).code(FaultCode::NotModelled);
+        self.faulty(fault.help("write the condition at the transition itself"), one.line)
     }
 
     /// The unit's `BOOL` variable of this name, which controls the chart; `None` if it has none.
@@ -150,9 +180,29 @@ impl Resolver<'_> {
             }
         };
         let is_action = |name: &str| pou.actions.iter().any(|one| same(&one.name, name));
-        if !path.as_name().is_some_and(is_action)
-            && let Ok(Found::Place(place)) = self.one_path(scope, path, line)
-        {
+        // An inherited action comes before a global variable.
+        let is_inherited = |unit: UnitId| {
+            let name = path.as_name()?;
+            self.index.action(unit, name).filter(|_| self.index.member(unit, name).is_none())
+        };
+        let is_action =
+            path.as_name().is_some_and(is_action) || scope.unit.and_then(is_inherited).is_some();
+        let found = if is_action { None } else { self.one_path(scope, path, line).ok() };
+        if let Some(Found::Property(_) | Found::Constant(_)) = found {
+            return no_action(name, line);
+        }
+        if let Some(Found::Place(place)) = found {
+            if place.ty != self.bool() {
+                return no_action(name, line);
+            }
+            if let Some((_, block)) = chart.blocks_of(name).find(|(_, one)| !one.is_qualified) {
+                let what = format!(
+                    "the block of the Boolean variable {name} has no qualifier: by the standard, this is N; matiec (Beremiz, OpenPLC) never writes the variable"
+                );
+                let fault = Fault::new(block.line, what).code(FaultCode::NotModelled);
+                let fault = fault.help(format!("write the qualifier: {name}(N)"));
+                return ActionBody::Inline(Language::Sfc, Code::Unread(fault));
+            }
             return ActionBody::Variable(place);
         }
         let call = self.called_action(scope, path, line);

@@ -272,6 +272,7 @@ fn rewrite(
         let time = plan.time.clone().filter(|_| qualifier.is_some_and(Qualifier::is_timed));
         let block = qualifier.map(|qualifier| Block {
             qualifier,
+            is_qualified: true,
             time,
             target: plan.target.clone(),
             line: plan.line,

@@ -65,8 +65,9 @@ fn block(cursor: &mut Cursor) -> Result<Block, Fault> {
         let part = cursor.name("an action's name")?;
         target = target.with(&part);
     }
+    let target = Target::Path(target);
     let mut block =
-        Block { qualifier: Qualifier::N, time: None, target: Target::Path(target), line };
+        Block { qualifier: Qualifier::N, is_qualified: false, time: None, target, line };
     if cursor.take_sign("(") {
         if !cursor.is_sign(")") {
             let at = cursor.line();
@@ -76,6 +77,7 @@ fn block(cursor: &mut Cursor) -> Result<Block, Fault> {
                     .help("the qualifiers are N, R, S, L, D, P, P0, P1, SD, DS and SL")
             };
             block.qualifier = Qualifier::named(&word).ok_or_else(unknown)?;
+            block.is_qualified = true;
             if cursor.take_sign(",") {
                 let first = expression(cursor)?;
                 if block.qualifier.is_timed() {

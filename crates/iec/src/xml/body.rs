@@ -636,5 +636,5 @@ fn block(
     } else {
         return Ok(None);
     };
-    Ok(Some(Block { qualifier, time, target, line }))
+    Ok(Some(Block { qualifier, is_qualified: true, time, target, line }))
 }

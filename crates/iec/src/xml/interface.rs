@@ -29,9 +29,10 @@ pub(super) fn variables(text: &Text, node: Node<'_, '_>) -> Vec<Variable> {
 /// If the variables of a section have different attributes, CODESYS writes these in additional data of the unit or
 /// list. Marks the retained ones.
 pub(super) fn retain_mixed(node: Node<'_, '_>, found: &mut [Variable]) {
-    let around = node.parent().unwrap_or(node).descendants();
-    let beside = around.filter(|one| one.tag_name().name() == "MixedAttrsVarList");
-    for list in beside.flat_map(elements).filter(|list| is_retained(*list)) {
+    let beside = node.parent().into_iter().flat_map(|parent| children(parent, "addData"));
+    let around = std::iter::once(node).chain(beside).flat_map(|one| one.descendants());
+    let mixed = around.filter(|one| one.tag_name().name() == "MixedAttrsVarList");
+    for list in mixed.flat_map(elements).filter(|list| is_retained(*list)) {
         let named = |own: &Variable| {
             children(list, "variable")
                 .any(|one| one.attribute("name").is_some_and(|name| same(name, &own.name)))

@@ -324,7 +324,8 @@ fn store_computed(pou: &mut Pou) -> Result<(), Fault> {
     };
     pou.actions[at].line = chart.line;
     let target = Target::Path(Path::name(COMPUTED));
-    let block = Block { qualifier: Qualifier::S, time: None, target, line: chart.line };
+    let block =
+        Block { qualifier: Qualifier::S, is_qualified: true, time: None, target, line: chart.line };
     if let Some(first) = chart.steps.iter_mut().find(|step| step.initial) {
         first.blocks.push(block);
     }
