@@ -77,6 +77,23 @@ fn each_block_of_a_boolean_variable_may_write_it() {
 }
 
 #[test]
+fn a_boolean_variable_of_an_action_may_begin_with_true() {
+    // N does not write it before its step is active. By the standard, it is FALSE after the first scan.
+    let chart = "INITIAL_STEP A: cx(N); END_STEP STEP B: v(N); END_STEP
+         TRANSITION FROM A TO B := i0; END_TRANSITION
+         TRANSITION FROM B TO A := i1; END_TRANSITION";
+    let text = after(chart, "f.cx AND f.v");
+    assert_eq!(bounds(&text, "", Trust::All).0, 0);
+    for (plain, other) in [
+        ("VAR_OUTPUT v, cx", "VAR_OUTPUT RETAIN v : BOOL; END_VAR VAR_OUTPUT cx"),
+        ("VAR_OUTPUT v, cx", "VAR_OUTPUT v : BOOL := TRUE; END_VAR VAR_OUTPUT cx"),
+        ("f : FBX;", "f : FBX := (v := TRUE);"),
+    ] {
+        assert_eq!(bounds(&text.replace(plain, other), "", Trust::All).0, 1, "{other}");
+    }
+}
+
+#[test]
 fn a_variable_in_a_block_without_a_qualifier_is_refused() {
     let chart = |block: &str| {
         format!(

@@ -40,8 +40,8 @@ impl Assembler {
     }
 
     /// Resolves all deferred decisions when the whole program is lowered. `own`: memory that is initialised at every
-    /// call.
-    pub(crate) fn settle(&mut self, own: &RegionSet) {
+    /// call. `begins_off`: whether a cell is certainly 0 after power-up.
+    pub(crate) fn settle(&mut self, own: &RegionSet, begins_off: &dyn Fn(Cell) -> bool) {
         let open = std::mem::take(&mut self.open_ends);
         let mut asked = BTreeSet::new();
         for one in &open {
@@ -78,7 +78,8 @@ impl Assembler {
                     }
                 }
                 OpenEnd::Variable { at, cell, own } => {
-                    if of(cell).iter().all(|(writer, _)| own.contains(writer)) {
+                    let is_own = of(cell).iter().all(|(writer, _)| own.contains(writer));
+                    if is_own && begins_off(cell) {
                         self.set_to(at, false);
                     }
                 }

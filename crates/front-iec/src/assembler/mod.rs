@@ -59,7 +59,8 @@ pub(crate) struct Turn {
 pub(crate) enum OpenEnd {
     /// Instruction `at` writes a bit. The bit is false if nothing changes the timer preset (two words from `preset`).
     Preset { at: usize, preset: Cell },
-    /// Instruction `at` writes a bit. The bit is false if only the instructions `own` write the variable at `cell`.
+    /// Instruction `at` writes a bit. The bit is false if the variable at `cell` is 0 after power-up, and only the
+    /// instructions `own` write it.
     Variable { at: usize, cell: Cell, own: Vec<usize> },
     /// In which of several orders these actions run. Any order gives the same result for an action that shares no
     /// written cell with the others. `memory` is that of the chart's instance.

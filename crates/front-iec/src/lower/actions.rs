@@ -17,9 +17,9 @@ use scanbound_iec::Language;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::Pin;
 use scanbound_iec_tree::charts::ActionBody;
-use scanbound_iec_tree::declarations::{Code, First, Owner, RoutineId};
+use scanbound_iec_tree::declarations::{Code, RoutineId};
 use scanbound_iec_tree::tree::{
-    Call, ExprKind, Place, Root, Statement, StatementKind, Step as PathStep, Target, each_statement,
+    Call, Place, Root, Statement, StatementKind, Step as PathStep, Target, each_statement,
 };
 use scanbound_iec_tree::types::{Elementary, Type as Typed};
 use scanbound_ir::{Cell, Logic, Region, Step, Write};
@@ -104,8 +104,8 @@ impl Lower<'_> {
         self.landing();
     }
 
-    /// Assigns the state of an action to its Boolean variable. Returns the variable if it may keep its value, begins
-    /// with FALSE and nobody but the program writes it.
+    /// Assigns the state of an action to its Boolean variable. Returns the variable if it may keep its value and nobody
+    /// but the program writes it.
     fn action_variable(
         &mut self,
         at: &Context,
@@ -135,20 +135,8 @@ impl Lower<'_> {
         let effects = writes.into_iter().map(always).collect();
         let key = Some(Assembler::key(&["ST"], "move"));
         let writes = self.assembler().builder.add(key, effects, Step::Nothing);
-        let only_here = self.begins_off(place) && !self.options.charts.others_write;
-        let (says, cell) = open.filter(|_| only_here)?;
+        let (says, cell) = open.filter(|_| !self.options.charts.others_write)?;
         Some(Kept { says, cell, writes })
-    }
-
-    /// Whether a place is a whole variable that begins with FALSE: by its declared initial value or, unless it is local
-    /// to a method, by default.
-    fn begins_off(&self, place: &Place) -> bool {
-        let (Root::Variable(id), []) = (place.root, &place.steps[..]) else { return false };
-        let one = self.tree.variable(id);
-        match &one.initial {
-            Some(initial) => matches!(initial.kind, ExprKind::Bool(false)),
-            None => matches!(one.first, First::Zero) && !matches!(one.owner, Owner::Routine(_)),
-        }
     }
 
     /// Lowers the call of an action. Where RETURN ends the action, on some controllers the chart ends too.

@@ -152,15 +152,17 @@ impl<'t> Lower<'t> {
         self.assembler().give_constants(constants, given);
         self.bound_bytes(&located);
         let own = std::mem::take(&mut self.memory.begin_anew);
-        self.assembler().settle(&own);
+        let (mut known, values) = self.power_up(traits.begins_with_more);
+        // Variables that share memory begin with the value that either of them declares.
+        known.cleared.retain(|own| !shared.overlaps(*own));
+        let is_within = |all: &[Region], cell| all.iter().any(|one| one.contains(cell));
+        let begins_off = |cell| is_within(&known.cleared, cell) && !is_within(&known.latched, cell);
+        self.assembler().settle(&own, &begins_off);
         if !self.faults.is_empty() {
             let mut faults = std::mem::take(&mut self.assembler().faults);
             resolve::list_unknown_types(tree, &mut faults);
             return Err(told(project, faults));
         }
-        let (mut known, values) = self.power_up(traits.begins_with_more);
-        // Variables that share memory begin with the value that either of them declares.
-        known.cleared.retain(|own| !shared.overlaps(*own));
         known.latched = RegionSet::from_iter(known.latched).into_regions();
         self.assembler().note_first_values(first, values, &shared, &mut known);
         known.inputs = RegionSet::from_iter(known.inputs).into_regions();
