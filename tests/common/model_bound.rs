@@ -1,4 +1,4 @@
-//! The bound of a project under several timing tables: the maximum of the model alone, without searching for real scans.
+//! The bound of a project under several timing tables: the maximum of the model, without a search for real scans.
 
 use scanbound::audit::{PreparedProject, Request};
 use scanbound::base::facts::Facts;

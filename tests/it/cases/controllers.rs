@@ -94,6 +94,21 @@ fn a_boolean_variable_of_an_action_may_begin_with_true() {
 }
 
 #[test]
+fn a_time_that_is_over_in_the_scan_that_begins_it_again_may_count() {
+    // R does not end the delay of SD on matiec: it is over in the scan that enters B again.
+    let chart =
+        "INITIAL_STEP A: END_STEP STEP B: v(SD, T#5s); cx(P1); END_STEP STEP C: v(R); END_STEP
+         TRANSITION FROM A TO B := i0; END_TRANSITION
+         TRANSITION FROM B TO C := i1; END_TRANSITION
+         TRANSITION FROM C TO B := i0; END_TRANSITION";
+    let again = "[controller]\n\"the time of SD or SL restarts when its step is entered again\" = true\n\"an SD delay continues although R is active\" = true\n";
+    for trust in [Trust::Counts, Trust::All] {
+        let text = after(chart, "f.cx AND f.v");
+        assert_eq!(bounds(&text, &format!("{DECLARED}{again}"), trust).0, 1, "{trust:?}");
+    }
+}
+
+#[test]
 fn a_variable_in_a_block_without_a_qualifier_is_refused() {
     let chart = |block: &str| {
         format!(

@@ -304,7 +304,12 @@ impl Assembler {
                 let enters = entered(memory, steps);
                 let again =
                     self.differs("the time of SD or SL restarts when its step is entered again");
-                let again = self.keep_bit(all([enters.clone(), again]));
+                // On matiec, a time that is over in the same scan still counts, and what SD has stored stays stored.
+                let restarts = match again {
+                    Logic::Const(false) => Logic::Const(false),
+                    _ => self.left_open(),
+                };
+                let again = self.keep_bit(all([enters.clone(), again, restarts]));
                 let goes_on = all([now(input.stored), again.not()]);
                 let mut holds = any([now(input.stored), active.clone()]);
                 if let Some(reset) = reset {
