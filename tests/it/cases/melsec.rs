@@ -358,3 +358,11 @@ fn a_missing_routine_may_switch_what_changes_other_instructions() {
     let others = run(&without, "[external]\ndevices = [\"M8024\"]\n");
     assert!(others.stdout.contains("depends on M8024 or M8160"), "{}", others.stdout);
 }
+
+#[test]
+fn scans_without_operation_errors_are_found() {
+    // The scan that the model prefers ends at the indirect access.
+    let list = "LD X0; Op50; LD X1; Op20; BMOV @D0 D10 K3; LD X2; Op100; LD X3; BMOV @D4 D20 K3; LD X4; Op100; END";
+    let rows = "Op50,50,0; Op20,20,0; Op100,100,0";
+    assert_eq!(bounds(list, rows, Q), (250, 270));
+}
