@@ -88,6 +88,7 @@ impl RunResults {
     pub(super) fn without_time(mut self) -> RunResults {
         self.best.replay.total = Picos::ZERO;
         self.best.replay.events.clear();
+        self.best.needed_devices.clear();
         self.is_start_undecided = false;
         self
     }
@@ -99,6 +100,7 @@ impl RunResults {
         self.best.readings = readings.keys().copied().collect();
         self.best.replay.total = Picos::ZERO;
         self.best.replay.events.clear();
+        self.best.needed_devices.clear();
     }
 
     /// Keeps the run as the best one if it takes longer than the best run so far.

@@ -359,6 +359,62 @@ fn a_missing_routine_may_switch_what_changes_other_instructions() {
     assert!(others.stdout.contains("depends on M8024 or M8160"), "{}", others.stdout);
 }
 
+/// The report on a list with facts, where all rows that are not named cost nothing.
+fn report_with(list: &str, facts: &str) -> Value {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("facts.toml");
+    fs::write(&path, facts).expect("written");
+    report(list, "", &format!("{Q} --facts {}", path.display()))
+}
+
+/// The devices that the longest scan found needs, as a report names them.
+fn needed(report: &Value) -> String {
+    report["scan"]["devices"].as_array().map_or_else(String::new, |all| {
+        let one = |one: &Value| format!("{}{}", one["name"].as_str().unwrap_or(""), one["least"]);
+        all.iter().map(one).collect::<Vec<_>>().join(" ")
+    })
+}
+
+#[test]
+fn a_scan_says_how_many_devices_it_needs() {
+    let far = "LD SM400; MOV K5 Z1; MOV K7 ZR100Z1; LD= ZR100Z1 K7; Op1; END";
+    let latch = "LD SM400; MOV K79 Z1; SET L22000Z1; LD L22000Z1; Op1; BMOV R0 K4L22000 K5; END";
+    let short = "LD SM400; MOV K79 Z1; SET L22000Z1; LD L22000Z1; Op1; END";
+    let data = "LD SM400; MOV K9 Z1; MOV K7 D20000Z1; LD= D20000Z1 K7; Op1; END";
+    let bits = "[index]\nbits = 16\n";
+    for (list, facts, lower, want) in [
+        (far, "", 1, "ZR106"),
+        (far, "[devices]\nZR = 105\n", 0, ""),
+        (far, "[devices]\nZR = 106\n", 1, ""),
+        // What a block of constant length needs, the program names.
+        (latch, "", 1, ""),
+        (latch, "[devices]\nL = 22079\n", 0, ""),
+        (short, "", 1, "L22080"),
+        (short, "[devices]\nl = 22079\n", 0, ""),
+        (short, "[devices]\nl = 22080\n", 1, ""),
+        (data, "", 1, "D20010"),
+        // Whether an index leads from D12287 to the extended registers is unknown.
+        ("LD D13000.0; Op2; LD SM400; MOV K9 Z1; MOV K7 D12280Z1; Op1; END", "", 0, ""),
+    ] {
+        let report = report_with(list, &format!("{bits}{facts}"));
+        assert_eq!((lower_ns(&report) / 1000, needed(&report)), (lower, want.to_owned()), "{list}");
+        assert!(upper_ns(&report) >= 1000, "{list}: the upper bound does not depend on them");
+    }
+    for (list, facts, want) in [
+        (far, "[devices]\nZR = 50\n", "names one with the number 100"),
+        (far, "[devices]\nX = 50\n", "cannot be stated"),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (program, path) = (directory.path().join("a.il"), directory.path().join("f.toml"));
+        fs::write(&program, list.replace("Op1", "OUT Y0").replace("; ", "\n")).expect("written");
+        fs::write(&path, facts).expect("written");
+        let arguments = format!("audit {} {Q} --facts {}", program.display(), path.display());
+        let run = scanbound("attack", &arguments);
+        assert_eq!(run.code, Some(2), "{}", run.stdout);
+        assert!(run.stderr.contains(want), "{}", run.stderr);
+    }
+}
+
 #[test]
 fn scans_without_operation_errors_are_found() {
     // The scan that the model prefers ends at the indirect access.

@@ -170,10 +170,9 @@ impl Lowering<'_> {
         let value = self.value(from, 1)?;
         let &[WordSource::Cell(count)] = &self.cells(table, 1)?[..] else { return None };
         let letters = self.device(table)?.name;
-        let points = self.points(count.area, letters)?;
         let term = Term::unsigned(WordSource::Cell(count));
-        let all = Cell { index: 0, ..count };
-        let behind = Address::within(all, points, i64::from(count.index) + 1, vec![term]);
+        let base = i64::from(count.index) + 1;
+        let behind = self.device_address((count.area, letters), base, vec![term])?;
         let words = |word| Box::new(Number::Words(vec![word]));
         let counted = Number::Add(words(WordSource::Cell(count)), words(WordSource::Const(1)));
         Some(Meaning {
@@ -517,9 +516,7 @@ impl Lowering<'_> {
             return self.indexed(&device, 0).filter(|_| !is_wide);
         }
         let &[WordSource::Cell(cell)] = &self.cells(text, 1)?[..] else { return None };
-        let points = self.points(cell.area, device.name)?;
-        let first = Cell { index: 0, ..cell };
-        Some(Address::within(first, points, i64::from(cell.index), Vec::new()))
+        self.device_address((cell.area, device.name), i64::from(cell.index), Vec::new())
     }
 }
 

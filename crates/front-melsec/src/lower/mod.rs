@@ -8,12 +8,14 @@ mod choices;
 mod coils_off;
 mod compare;
 mod control;
+mod devices;
 mod edges;
 mod errors;
 mod finish;
 mod labels;
 mod meaning;
 mod modes;
+mod named;
 mod output;
 mod overflow;
 mod ranges;
@@ -84,6 +86,7 @@ impl<'a> Lowering<'a> {
         // Others may write an index register as a special register, which has no cell of its own.
         let external = options.facts.external.iter();
         let external = external.filter_map(|text| ranges::written(text, options.family, false));
+        lowering.note_devices();
         let indices = external.flatten().filter(|region| matches!(region, Region::Area(_)));
         lowering.out.program.external.extend(indices);
         lowering

@@ -1,6 +1,7 @@
 //! Finds the special relays and instructions in a project that change the meaning of other instructions, and other
 //! facts about the whole project that lowering needs.
 
+use super::named::NamedDevices;
 use super::written::{index_values, unpulsed};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
@@ -37,7 +38,7 @@ pub(super) struct Modes {
     /// program names the highest one. Areas whose numbers may have gaps (D, W) are missing.
     pub named: BTreeMap<AreaId, u32>,
     /// As `named`, but for all areas, also those whose numbers may have gaps.
-    pub highest: BTreeMap<AreaId, u32>,
+    pub devices: NamedDevices,
 }
 
 impl Modes {
@@ -64,7 +65,7 @@ impl Modes {
             index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
             index_is_open: false,
             named: named(items),
-            highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
+            devices: NamedDevices::of(items),
         }
     }
 
@@ -184,15 +185,3 @@ fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
 
 /// The number of the first special relay of the FX.
 const FIRST_SPECIAL: u32 = 8000;
-
-/// For each area: the number of devices that the CPU has at least, since a plain operand names the highest one.
-fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
-    let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
-    for device in devices {
-        if let Place::At(DeviceType::Bit(area) | DeviceType::Word(area), number) = device.place {
-            let known = highest.entry(area).or_default();
-            *known = (*known).max(number.saturating_add(1));
-        }
-    }
-    highest
-}
