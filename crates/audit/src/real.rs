@@ -529,6 +529,7 @@ pub(super) fn standing(
             ChoiceKind::Iterations(_)
             | ChoiceKind::ScanTicks { .. }
             | ChoiceKind::ExtraTime
+            | ChoiceKind::Parameter
             | ChoiceKind::Reading(_),
         ) => Treatment::Zero,
         None => Treatment::Unknown,

@@ -48,6 +48,8 @@ pub enum ChoiceKind {
     /// A bit that is on where a controller may execute instructions that have no effect but their time. The analysis
     /// lets it have any value; a real run uses 0, because other controllers do not execute them.
     ExtraTime,
+    /// A bit of the CPU's parameters. The analysis lets it have any value; on the CPU of a real run it is off.
+    Parameter,
     /// The present value of a timer or counter: the set value if its contact is on; else the external value if that is
     /// below the set value; else 0.
     PresentValue {
@@ -392,6 +394,7 @@ impl ChoiceKind {
             | ChoiceKind::StableExternal(_)
             | ChoiceKind::Reading(_)
             | ChoiceKind::ExtraTime
+            | ChoiceKind::Parameter
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. } => return,
             ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => {

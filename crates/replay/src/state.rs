@@ -246,7 +246,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                 most.copied().unwrap_or(i16::MAX.cast_unsigned())
             }
             // A timer that starts in this scan does not time out in it, unless its set value is 0.
-            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => 0,
+            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => 0,
             // Such a choice is asked for only as the count of a loop.
             None | Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));

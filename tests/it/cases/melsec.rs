@@ -422,3 +422,40 @@ fn scans_without_operation_errors_are_found() {
     let rows = "Op50,50,0; Op20,20,0; Op100,100,0";
     assert_eq!(bounds(list, rows, Q), (250, 270));
 }
+
+#[test]
+fn the_carry_flag_is_known_behind_a_shift() {
+    for (list, want) in [
+        ("MOV K1 D0; SFR D0 K1; LD SM700; Op1", (1, 1)),
+        ("MOV K1 D0; SFR D0 K2; LD SM700; Op1", (0, 0)),
+        ("MOV H4000 D0; SFL D0 K2; LD X0; AND SM700; Op1", (1, 1)),
+        ("MOV H4000 D0; SFL D0 K1; LD SM700; Op1", (0, 0)),
+        ("MOV H8000 D0; ROL D0 K1; LD SM700; Op1", (1, 1)),
+        // Another instruction may change it, and so may a shift by 0, or an interrupt program.
+        ("MOV K1 D0; SFR D0 K1; MOV K1 D1; LD SM700; Op1", (0, 1)),
+        ("MOV K1 D0; SFR D0 K0; LD SM700; Op1", (0, 1)),
+        ("MOV K1 D0; SFR D0 K1; LD SM700; Op1; FEND; I0; IRET", (0, 1)),
+        // It keeps its value if the shift is not executed.
+        ("MOV K1 D0; LD X0; SFR D0 K1; LD SM700; ANI X0; Op1", (0, 1)),
+    ] {
+        let list = format!("LD SM400; {list}; END");
+        let interrupts = if list.contains("I0") { " --interrupts I0=1" } else { "" };
+        assert_eq!(bounds(&list, "", &format!("{Q}{interrupts}")), want, "{list}");
+    }
+}
+
+#[test]
+fn a_quotient_is_known_at_an_indexed_device() {
+    let list = "LD SM400; MOV K3 Z1; / K17 K5 D10Z1; LD= D13 K3; AND= D14 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+    let list = "LD SM400; MOV K3 Z1; D/ K17 K5 D10Z1; LDD= D13 K3; ANDD= D15 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+}
+
+#[test]
+fn blocks_of_relays_are_moved_as_words() {
+    let list = "LD SM400; MOV H8001 K4M100; MOV K2 K4M116; BMOV K4M100 K4M200 K2; BMOV K4M200 D0 K2; LD M200; AND M215; AND M217; ANI M216; AND= D0 H8001; AND= D1 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+    let list = "LD SM400; MOV H8001 D0; BMOV D0 K4M200 K1; LD M200; AND M215; ANI M201; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+}

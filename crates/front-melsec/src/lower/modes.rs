@@ -5,7 +5,7 @@ use super::named::NamedDevices;
 use super::written::{index_values, unpulsed};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
-use crate::resolve::Item;
+use crate::resolve::{Category, Control, Item};
 use scanbound_ir::{AreaId, Cell, Region, RegionSet};
 use std::collections::BTreeMap;
 
@@ -26,6 +26,8 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: whether the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
+    /// Whether the project has interrupt programs.
+    pub has_interrupts: bool,
     /// The cells that instructions reset or may reset; see [`Modes::may_reset`].
     resets: RegionSet,
     /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
@@ -61,6 +63,9 @@ impl Modes {
             uses_binary_search: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_in_d8164: family == Family::Fx && touches(&[8164]),
+            has_interrupts: items
+                .iter()
+                .any(|item| matches!(item.category, Category::Control(Control::Interrupt))),
             resets: resets(items),
             index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
             index_is_open: false,
