@@ -170,6 +170,12 @@ fn every_key_of_an_audit_is_documented() {
     let linked = directory.path().join("linked.il");
     std::fs::write(&linked, "LD B0\nOUT Y0\nEND\n").expect("written");
     let linked = linked.to_str().expect("a plain path");
+    let needy = directory.path().join("needy.il");
+    std::fs::write(&needy, "LD SM400\nMOV K5 Z1\nMOV K7 ZR100Z1\nEND\n").expect("written");
+    let needy = needy.to_str().expect("a plain path");
+    let bits = directory.path().join("bits.toml");
+    std::fs::write(&bits, "[index]\nbits = 16\n").expect("written");
+    let bits = bits.to_str().expect("a plain path");
     let counted = directory.path().join("counted.il");
     let far = "LD X0\nMOV K1 D1000Z0\nLD= D5 K3\nBMOV D0 W0 K9\n";
     std::fs::write(&counted, format!("LD X0\nFMOV K0 D0 D900\n{far}END\n")).expect("written");
@@ -198,8 +204,9 @@ fn every_key_of_an_audit_is_documented() {
     let line = ["samples/transfer-line/line.il", "--cpu", "Q26UDV"];
     let carousel = "samples/snet/carousel.snet";
     let mut found = BTreeSet::new();
-    let runs: [&[&str]; 29] = [
+    let runs: [&[&str]; 30] = [
         &["audit", tasks],
+        &["audit", needy, "--cpu", "Q26UDV", "--facts", bits],
         &["audit", set, "--cpu", "FX3U"],
         &["audit", rounded],
         &["audit", "samples/sfc/line.st"],

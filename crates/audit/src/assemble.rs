@@ -251,6 +251,7 @@ impl<'a> Findings<'a> {
                     run.into_iter().map(at_most).collect()
                 }
             },
+            needed_devices: self.needed_devices(found),
             stands_between,
             path: match self.program.shows_path {
                 true => self.path(&found.best.replay, &names),
@@ -272,6 +273,12 @@ impl<'a> Findings<'a> {
             named: self.request.named.to_owned(),
             elapsed: start.elapsed(),
         }
+    }
+
+    /// The areas of which the longest scan found needs more devices than each CPU has, with how many it needs.
+    fn needed_devices(&self, found: &RunResults) -> Vec<(String, u32)> {
+        let needed = found.best.needed_devices.iter();
+        needed.map(|(&area, &count)| (self.program.area(area).name.clone(), count)).collect()
     }
 
     /// The upper bound: the sum of the charges that are the same in every scan, the overhead and the groups' upper

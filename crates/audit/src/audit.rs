@@ -66,6 +66,9 @@ pub struct Audit {
     pub weighed: Picos,
     /// The scans of a run from power-up to one that takes `Bound::lower`. Empty if no such run was found.
     pub witness_run: Vec<RunScan>,
+    /// The areas of which the scan of `Bound::lower` needs more devices than each CPU has that can run the program: the
+    /// letters of each, and how many it needs.
+    pub needed_devices: Vec<(String, u32)>,
     /// Why no simulated scan was found that takes as long as the model's longest scan (`Bound::model`), as a text for
     /// reports. `None` if one was found.
     pub stands_between: Option<String>,

@@ -208,6 +208,7 @@ fn follow_of_choice(program: &Program, choice: ChoiceId) -> Follow {
             | ChoiceKind::StableExternal(_)
             | ChoiceKind::Reading(_)
             | ChoiceKind::ExtraTime
+            | ChoiceKind::Parameter
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. },
         ) => Follow::Outside,

@@ -80,6 +80,8 @@ pub enum Fact {
     },
     /// The number of bits, 16 or 32, of an index to file registers.
     IndexBits(u32),
+    /// The number of devices of an area: its letters and the number.
+    Devices(String, u32),
     /// The only devices that are written through indirect addresses (`@`). Empty: none is.
     Indirect(Vec<String>),
     /// Devices that other writers than the program may write between scans, such as an operator panel.
@@ -208,11 +210,14 @@ impl Fact {
         let controller = facts.controller.iter();
         let controller =
             controller.map(|(what, &holds)| Fact::Controller { what: what.clone(), holds });
+        let devices = facts.devices.iter();
+        let devices = devices.map(|(letters, &count)| Fact::Devices(letters.clone(), count));
         let factor = facts.factor.iter().map(|StatedFactor { text, .. }| text.clone());
         ranges
             .chain(counts)
             .chain(calls)
             .chain(facts.index_bits.map(Fact::IndexBits))
+            .chain(devices)
             .chain(indices)
             .chain(facts.indirect.clone().map(Fact::Indirect))
             .chain((!facts.external.is_empty()).then(|| Fact::External(facts.external.clone())))
@@ -270,6 +275,7 @@ impl fmt::Display for Fact {
                 }
             }
             Fact::IndexBits(bits) => write!(f, "an index to file registers has {bits} bits"),
+            Fact::Devices(letters, count) => write!(f, "the CPU has {count} devices {letters}"),
             Fact::Indirect(devices) if devices.is_empty() => {
                 f.write_str("nothing is written through @")
             }

@@ -182,6 +182,7 @@ pub fn fixture() -> Audit {
             RunScan { number: 1, inputs: Vec::new(), took: us(40) },
             RunScan { number: 2, inputs: vec![("X0".to_owned(), Value::Bit(true))], took: us(185) },
         ],
+        needed_devices: Vec::new(),
         stands_between: None,
         path: Vec::new(),
         unbounded: Vec::new(),

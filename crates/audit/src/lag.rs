@@ -222,7 +222,12 @@ fn walk(
 /// only concerns times; otherwise all are assumed.
 fn of_choice(program: &Program, choice: ChoiceId) -> Option<Region> {
     match program.kinds.get(&choice) {
-        Some(ChoiceKind::External | ChoiceKind::ExtraTime | ChoiceKind::ScanTicks { .. }) => None,
+        Some(
+            ChoiceKind::External
+            | ChoiceKind::ExtraTime
+            | ChoiceKind::Parameter
+            | ChoiceKind::ScanTicks { .. },
+        ) => None,
         None | Some(_) => Some(Region::Everything),
     }
 }

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use rayon::prelude::*;
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{AreaKind, Cell, Program, Witness, flow};
+use scanbound_ir::{AreaId, AreaKind, Cell, Program, Witness, flow};
 use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Readings, RealRun, StopReason, Stopped, in_all_readings};
@@ -244,6 +244,8 @@ struct Simulated {
     most: u64,
     /// The operation errors that end the run, each with the readings with which it does.
     errors: Vec<(Readings, Stopped)>,
+    /// The devices that the scans so far need ([`RealRun::needed_devices`]).
+    needed: BTreeMap<AreaId, u32>,
 }
 
 impl Simulated {
@@ -368,7 +370,7 @@ impl Simulation<'_> {
         (number, waited): (u64, bool),
         done: &mut Simulated,
     ) -> bool {
-        let scan = run.scan(given, done.most.saturating_sub(done.executed));
+        let mut scan = run.scan(given, done.most.saturating_sub(done.executed));
         done.executed += scan.replay.events.len() as u64;
         if !scan.is_possible() {
             let error = scan.stopped.filter(|stopped| stopped.reason == StopReason::Error);
@@ -386,7 +388,12 @@ impl Simulation<'_> {
         // If the scan is not followed to its end, an operation error may end it.
         let program = self.outside.program();
         let leads_there = took >= best && (scan.stopped.is_none() || program.errors.is_empty());
+        for (&area, &count) in &scan.needed_devices {
+            let needed = done.needed.entry(area).or_default();
+            *needed = count.max(*needed);
+        }
         if leads_there && Some(took) > done.took() {
+            scan.needed_devices = done.needed.clone();
             let choices = given.choices.clone();
             let start = Witness { start: run.started(), choices, ..Witness::default() };
             done.last = Some((scan, start));

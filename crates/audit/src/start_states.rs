@@ -476,7 +476,9 @@ impl<'a> States<'a> {
             ) => Treatment::Free,
             // How far a timer has run.
             Some(ChoiceKind::Exact(one)) if one.operation == Operation::Elapsed => Treatment::Free,
-            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => Treatment::Zero,
+            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => {
+                Treatment::Zero
+            }
             Some(ChoiceKind::Exact(_) | ChoiceKind::Iterations(_) | ChoiceKind::Reading(_))
             | None => Treatment::Unknown,
         })

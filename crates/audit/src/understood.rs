@@ -123,6 +123,12 @@ fn understand(
             request.facts.fault(["index", key], Part::Key, Code::Facts, message, "remove it");
         return Err(Failure::from(fault));
     }
+    if let (Some(letters), false) = (request.facts.devices.keys().next(), machine.index) {
+        let message = "[devices] is not used for programs of this dialect";
+        let fact = ["devices", letters];
+        let fault = request.facts.fault(fact, Part::Key, Code::Facts, message, "remove it");
+        return Err(Failure::from(fault));
+    }
     if let (Some(StatedClock::Period { .. }), [time, ..]) = (request.clock, request.times) {
         let message =
             format!("--clock and --time {} both state how long a program word takes", time.name);

@@ -64,6 +64,8 @@ pub struct Facts {
     /// A CPU parameter: the number of bits, 16 or 32, of an index to file registers and extended data registers. `None`
     /// if not stated.
     pub index_bits: Option<u32>,
+    /// A CPU parameter: the number of devices of an area, by its letters as written (`ZR`, `L`).
+    pub devices: BTreeMap<String, u32>,
     /// The only devices that the program writes through indirect addresses (`@D0`), as written: single devices or
     /// ranges (`ZR1000-ZR1999`). `None`: such a write may change any device.
     pub indirect: Option<Vec<String>>,

@@ -17,8 +17,10 @@ use scanbound_ir::{Join, Relation};
 /// Instructions that add an index to all devices of a part of the program.
 const INDEXES_ALL: [&str; 4] = ["IX", "IXEND", "IXDEV", "IXSET"];
 
-/// Instructions that call, stop or start programs by name; each has a pulse form.
-const SWITCH_PROGRAMS: [&str; 6] = ["ECALL", "EFCALL", "PSTOP", "POFF", "PSCAN", "PLOW"];
+/// Instructions that call programs by name; each has a pulse form.
+const CALL_PROGRAMS: [&str; 2] = ["ECALL", "EFCALL"];
+/// Instructions that stop or start programs by name; each has a pulse form.
+const START_PROGRAMS: [&str; 4] = ["PSTOP", "POFF", "PSCAN", "PLOW"];
 
 /// The options of decoding a project.
 pub struct DecodeOptions<'a> {
@@ -56,9 +58,7 @@ impl Resolved<'_> {
     pub(super) fn may_be_skipped(&self) -> Vec<bool> {
         let mut skip_targets = vec![false; self.files.len()];
         for item in &self.items {
-            let is_named =
-                |name: &&str| item.name.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
-            if !SWITCH_PROGRAMS.iter().any(is_named) {
+            if !item.has_name(&CALL_PROGRAMS) && !item.has_name(&START_PROGRAMS) {
                 continue;
             }
             let is_call = matches!(item.category, Category::Control(Control::Call));
@@ -72,6 +72,11 @@ impl Resolved<'_> {
         }
         skip_targets
     }
+
+    /// Whether instructions stop or start programs, so that a program's type is not the same in all scans.
+    pub(super) fn starts_programs(&self) -> bool {
+        self.items.iter().any(|item| item.has_name(&START_PROGRAMS))
+    }
 }
 
 /// An instruction with its category and its parsed operands; other parts of this crate call it an item, and refer to it
@@ -84,6 +89,15 @@ pub(super) struct Item<'a> {
     pub(super) category: Category,
     /// Each operand parsed, or what is wrong with it.
     pub(super) operands: Vec<Result<Operand, String>>,
+}
+
+impl Item<'_> {
+    /// Whether the instruction has one of these mnemonics, in its plain or its pulse form.
+    fn has_name(&self, names: &[&str]) -> bool {
+        let is_one =
+            |name: &&str| self.name.strip_prefix(*name).is_some_and(|p| ["", "P"].contains(&p));
+        names.iter().any(is_one)
+    }
 }
 
 /// Makes an error at an instruction; `part` is a slice of its text or one of its words, at which the message points.

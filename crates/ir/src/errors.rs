@@ -200,7 +200,7 @@ fn outside(address: &Address, shape: Shape, words: u32) -> Option<Logic> {
         Shape::Packed(last) => 16 * words.saturating_sub(1) + u32::from(last),
     };
     let low = address.ranges.iter().map(|one| one.from).min()?;
-    let end = address.ranges.iter().map(|one| one.from + i64::from(one.count)).max()?;
+    let end = address.ranges.iter().map(|one| one.from + i64::from(one.chosen)).max()?;
     let (low, high) = (low - address.base, end - i64::from(cells) - address.base);
     let [term] = &address.terms[..] else {
         let is_inside = (low..=high).contains(&0);

@@ -391,6 +391,9 @@ pub struct Program {
     /// instruction, and counts only if the instruction fires or is a contact. The CPU stops at such an error, so a scan
     /// with one is not a lower bound. The upper bound includes such scans.
     pub errors: BTreeMap<usize, Logic>,
+    /// For areas whose number of devices is a parameter: how many each PLC has that can run the program. A real run may
+    /// use more; it then says how many ([`meaning::AddressRange::chosen`]).
+    pub certain_devices: BTreeMap<AreaId, u32>,
     /// Code that is missing or in a language that cannot be read: one entry for each instruction that stands for such
     /// code, as for each call of a missing routine.
     pub missing_routines: Vec<MissingRoutine>,

@@ -48,6 +48,8 @@ pub enum ChoiceKind {
     /// A bit that is on where a controller may execute instructions that have no effect but their time. The analysis
     /// lets it have any value; a real run uses 0, because other controllers do not execute them.
     ExtraTime,
+    /// A bit of the CPU's parameters. The analysis lets it have any value; on the CPU of a real run it is off.
+    Parameter,
     /// The present value of a timer or counter: the set value if its contact is on; else the external value if that is
     /// below the set value; else 0.
     PresentValue {
@@ -165,8 +167,11 @@ pub enum IntegerFormat {
 pub struct AddressRange {
     /// The address of the first cell.
     pub from: i64,
-    /// The number of successive cells with successive addresses.
+    /// The number of successive cells with successive addresses that each PLC has.
     pub count: u32,
+    /// The number of these cells on the PLC of a real run, at least `count`: how many there are is a parameter. An
+    /// access beyond them is an operation error. The upper bound does not depend on this number.
+    pub chosen: u32,
     /// The cell at the address `from`.
     pub first: Cell,
 }
@@ -389,6 +394,7 @@ impl ChoiceKind {
             | ChoiceKind::StableExternal(_)
             | ChoiceKind::Reading(_)
             | ChoiceKind::ExtraTime
+            | ChoiceKind::Parameter
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. } => return,
             ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => {
@@ -447,7 +453,8 @@ impl Meaning {
             _ => None,
         });
         for address in addresses {
-            let stretch = |one: &AddressRange| Region::Range { first: one.first, count: one.count };
+            let stretch =
+                |one: &AddressRange| Region::Range { first: one.first, count: one.chosen };
             address.ranges.iter().map(stretch).for_each(&mut *see);
         }
         let words = ChoiceKind::Exact(Box::new(self.clone()));
@@ -466,7 +473,7 @@ impl Address {
     /// the sum of the terms.
     #[must_use]
     pub fn within(first: Cell, count: u32, base: i64, terms: Vec<Term>) -> Address {
-        Address { base, terms, ranges: vec![AddressRange { from: 0, count, first }] }
+        Address { base, terms, ranges: vec![AddressRange { from: 0, count, chosen: count, first }] }
     }
 }
 
@@ -511,6 +518,9 @@ pub struct Observation {
     pub reads: Vec<Read>,
     /// The result of the operation for these values.
     pub outcome: Outcome,
+    /// Whether the operation accessed a cell that not each PLC has ([`AddressRange::count`]). The upper bound must not
+    /// rest on such an observation.
+    pub needs_devices: bool,
 }
 
 /// What real runs showed about choices of the kind [`ChoiceKind::Exact`], by call context and choice.

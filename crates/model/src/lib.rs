@@ -194,7 +194,7 @@ pub struct ScanModel {
     /// Literals that are true in every scan.
     pub constraints: Vec<Lit>,
     /// In a model for lower bounds: literals, each of which is true if an operation error may end the scan at one
-    /// place.
+    /// place, in the order of execution.
     pub errors: Vec<Lit>,
     /// The havocs in order of execution.
     pub havocs: Havocs,

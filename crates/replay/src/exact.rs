@@ -1,6 +1,6 @@
 //! Choices of the kind [`ChoiceKind::Exact`]: executes their operations exactly and records the results.
 
-use super::free::FreeValues;
+use super::free::{FreeValues, Mode};
 use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
@@ -15,6 +15,13 @@ use std::collections::BTreeMap;
 
 /// The bits that an operation writes in each cell (mask) and their values.
 type Written = BTreeMap<Cell, (u16, u16)>;
+
+/// What an operation read, and whether it accessed a cell that not each PLC has.
+#[derive(Default)]
+struct Accesses {
+    reads: Vec<Read>,
+    needs_devices: bool,
+}
 
 impl<F: FreeValues> State<'_, F> {
     /// The value of a choice of the kind [`ChoiceKind::Exact`] that is read: executes its operation, once in each call
@@ -62,7 +69,11 @@ impl<F: FreeValues> State<'_, F> {
             }
         }
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
-        self.learn(choice, [reads, more].concat(), Outcome::Writes(writes));
+        let all = Accesses {
+            reads: [reads.reads, more.reads].concat(),
+            needs_devices: reads.needs_devices || more.needs_devices,
+        };
+        self.learn(choice, all, Outcome::Writes(writes));
         for (cell, (mask, value)) in written {
             self.write_bits(cell, mask, value, doubt, fired);
         }
@@ -110,7 +121,7 @@ impl<F: FreeValues> State<'_, F> {
             return None;
         }
         let facts = self.learned.get(&(self.frames().to_vec(), choice))?.clone();
-        facts.into_iter().find(|fact| {
+        facts.into_iter().filter(|fact| !fact.needs_devices).find(|fact| {
             fact.reads.iter().all(|read| match read {
                 Read::Cell(cell, mask, value) => self.read(*cell) & mask == *value,
                 Read::Condition(value) => self.condition.value == *value,
@@ -134,11 +145,12 @@ impl<F: FreeValues> State<'_, F> {
             .collect()
     }
 
-    fn learn(&mut self, choice: ChoiceId, mut reads: Vec<Read>, learned: Outcome) {
+    fn learn(&mut self, choice: ChoiceId, accesses: Accesses, learned: Outcome) {
         // Unknown inputs do not matter here: the fact states the result for exactly these input values.
+        let Accesses { mut reads, needs_devices } = accesses;
         reads.sort();
         reads.dedup();
-        let fact = Observation { reads, outcome: learned };
+        let fact = Observation { reads, outcome: learned, needs_devices };
         let facts = self.learned.entry((self.frames().to_vec(), choice)).or_default();
         if !facts.contains(&fact) {
             facts.push(fact);
@@ -147,10 +159,7 @@ impl<F: FreeValues> State<'_, F> {
 
     /// Executes the operation. Returns what it read, the instruction because of which an input is unknown, and the
     /// results; `None` if the manuals do not define them.
-    fn execute_operation(
-        &mut self,
-        meaning: &Meaning,
-    ) -> (Vec<Read>, Doubt, Option<Vec<Vec<u16>>>) {
+    fn execute_operation(&mut self, meaning: &Meaning) -> (Accesses, Doubt, Option<Vec<Vec<u16>>>) {
         self.record_reads(|state| {
             let inputs: Option<Vec<Vec<u16>>> =
                 meaning.inputs.iter().map(|operand| state.operand(operand)).collect();
@@ -163,14 +172,16 @@ impl<F: FreeValues> State<'_, F> {
     fn record_reads<T>(
         &mut self,
         work: impl FnOnce(&mut Self) -> Option<T>,
-    ) -> (Vec<Read>, Doubt, Option<T>) {
-        let outer = (self.reading.replace(Vec::new()), self.doubt.take(), self.changing);
-        self.changing = false;
+    ) -> (Accesses, Doubt, Option<T>) {
+        let outer = (self.reading.replace(Vec::new()), self.doubt.take());
+        let flags = (self.changing, self.needs_devices);
+        (self.changing, self.needs_devices) = (false, false);
         let done = work(self).filter(|_| !self.changing);
         let reads = self.reading.take().unwrap_or_default();
-        let doubt = self.doubt;
-        (self.reading, self.doubt, self.changing) = outer;
-        (reads, doubt, done)
+        let (doubt, needs_devices) = (self.doubt, self.needs_devices);
+        (self.reading, self.doubt) = outer;
+        (self.changing, self.needs_devices) = flags;
+        (Accesses { reads, needs_devices }, doubt, done)
     }
 
     fn operand(&mut self, operand: &OperationInput) -> Option<Vec<u16>> {
@@ -248,7 +259,7 @@ impl<F: FreeValues> State<'_, F> {
         let cells = cells_of(shape, n, count);
         let mut word = 0;
         for (place, (offset, bit)) in cells.into_iter().enumerate() {
-            let cell = cell_at(address, from.checked_add(offset)?)?;
+            let cell = self.cell_at(address, from.checked_add(offset)?)?;
             word |= match bit {
                 None => self.read(cell),
                 Some(bit) => (self.read_masked(cell, 1 << bit) >> bit & 1) << place,
@@ -263,7 +274,7 @@ impl<F: FreeValues> State<'_, F> {
         &mut self,
         meaning: &Meaning,
         results: &[Vec<u16>],
-    ) -> (Vec<Read>, Doubt, Option<Written>) {
+    ) -> (Accesses, Doubt, Option<Written>) {
         self.record_reads(|state| {
             let mut written = Written::new();
             for (target, result) in meaning.outputs.iter().zip(results) {
@@ -306,7 +317,7 @@ impl<F: FreeValues> State<'_, F> {
                 for (n, &word) in result.iter().enumerate() {
                     let cells = cells_of(*shape, n as u32, count);
                     for (place, (offset, bit)) in cells.into_iter().enumerate() {
-                        let cell = cell_at(address, from.checked_add(offset)?)?;
+                        let cell = self.cell_at(address, from.checked_add(offset)?)?;
                         match bit {
                             None => add_bits(written, cell, u16::MAX, word),
                             Some(_) if self.is_bit(cell) => {
@@ -321,6 +332,19 @@ impl<F: FreeValues> State<'_, F> {
             }
         }
         Some(())
+    }
+
+    /// The cell at an address. `None` if the PLC does not have it; in a run of the model, if not each PLC has it.
+    fn cell_at(&mut self, address: &Address, at: i64) -> Option<Cell> {
+        let is_real = self.mode == Mode::Real;
+        let (cell, is_certain) = address.ranges.iter().find_map(|range| {
+            let offset = u32::try_from(at.checked_sub(range.from)?).ok()?;
+            let is_certain = offset < range.count;
+            let exists = is_certain || is_real && offset < range.chosen;
+            exists.then(|| (range.first.plus(offset), is_certain))
+        })?;
+        self.needs_devices |= !is_certain;
+        Some(cell)
     }
 
     fn is_bit(&self, cell: Cell) -> bool {
@@ -351,13 +375,6 @@ fn reads_condition(logic: &Logic) -> bool {
         Logic::All(parts) | Logic::Any(parts) => parts.iter().any(reads_condition),
         Logic::Const(_) | Logic::Bit(_) | Logic::Compare(_) => false,
     }
-}
-
-fn cell_at(address: &Address, at: i64) -> Option<Cell> {
-    address.ranges.iter().find_map(|stretch| {
-        let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
-        (offset < stretch.count).then(|| stretch.first.plus(offset))
-    })
 }
 
 fn add_bits(written: &mut Written, cell: Cell, mask: u16, value: u16) {

@@ -33,8 +33,8 @@ use cases::Cases;
 use free::Mode;
 use scanbound_base::time::Times;
 use scanbound_ir::meaning::Knowledge;
-use scanbound_ir::{Program, Witness};
-use std::collections::BTreeSet;
+use scanbound_ir::{AreaId, Program, Witness};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Runs one scan of the program on the witness's values. `times` holds each instruction's on-time and off-time,
 /// parallel to `Program::instructions`.
@@ -47,7 +47,7 @@ pub fn replay(program: &Program, times: &[Times], witness: &Witness) -> Replay {
 /// none, both cases are run, for the first four such loops; and if the path or a time depends on a reading of a
 /// standard ([`ChoiceKind::Reading`](scanbound_ir::meaning::ChoiceKind::Reading)), both readings are. The result is the
 /// shortest run, or an impossible one if one of the cases is impossible. Its `learned` contains the observations of all
-/// runs. Each call of `free` must give the same values again.
+/// runs, and its `needed_devices` are those of all runs. Each call of `free` must give the same values again.
 #[must_use]
 pub fn real<F: FreeValues>(
     program: &Program,
@@ -58,6 +58,7 @@ pub fn real<F: FreeValues>(
     let mut best: Option<RealRun> = None;
     let mut learned = Knowledge::new();
     let mut readings = BTreeSet::new();
+    let mut needed: BTreeMap<AreaId, u32> = BTreeMap::new();
     // What a controller cannot do that has one of the cases is no lower bound for all.
     let rank = |one: &RealRun| (one.is_possible(), one.replay.total);
     let run = |fixed: &Readings| {
@@ -74,6 +75,10 @@ pub fn real<F: FreeValues>(
                     }
                 }
             }
+            for (&area, &count) in &found.needed_devices {
+                let most = needed.entry(area).or_default();
+                *most = count.max(*most);
+            }
             shortest = shortest.into_iter().chain([found]).min_by_key(rank);
             undecided = undecided.or(state.cases.undecided());
             next = state.cases.following();
@@ -85,7 +90,8 @@ pub fn real<F: FreeValues>(
         best = best.take().into_iter().chain(shortest).min_by_key(rank);
         true
     });
-    RealRun { learned, readings, ..best.expect("there is a case") }
+    let best = best.expect("there is a case");
+    RealRun { learned, readings, needed_devices: needed, ..best }
 }
 
 /// Runs one scan of the program on the witness's values. An operation is executed where the analysis computed it

@@ -143,6 +143,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
             exclusion_violations,
             readings: BTreeSet::new(),
             undeclared_writes,
+            needed_devices: std::mem::take(&mut self.state.needed),
         }
     }
 

@@ -2,8 +2,8 @@
 
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::Knowledge;
-use scanbound_ir::{Cell, Frame};
-use std::collections::BTreeSet;
+use scanbound_ir::{AreaId, Cell, Frame};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// One execution of one instruction.
@@ -88,6 +88,9 @@ pub struct RealRun {
     /// Writes of operations to cells that the effects of their instruction do not declare: instruction and cell. Any
     /// entry is an error in the analysis.
     pub undeclared_writes: Vec<(usize, Cell)>,
+    /// For each area of which the run accessed more devices than `Program::certain_devices` says: how many it needs. A
+    /// PLC with fewer does not make this scan.
+    pub needed_devices: BTreeMap<AreaId, u32>,
 }
 
 impl RealRun {

@@ -6,8 +6,9 @@ use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
 use scanbound_ir::{
-    AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic, Number,
-    NumberFormat, Program, Region, Relation, Resolution, StartRange, WordSource, WordTarget, Write,
+    AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic,
+    Number, NumberFormat, Program, Region, Relation, Resolution, StartRange, WordSource,
+    WordTarget, Write,
 };
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,6 +106,12 @@ pub(super) struct State<'p, F> {
     pub(super) reading: Option<Vec<Read>>,
     /// Whether anything that the operation has read may change at any moment.
     pub(super) changing: bool,
+    /// Whether the current operation has accessed a cell that not each PLC has.
+    pub(super) needs_devices: bool,
+    /// The number of devices of each area that each PLC has that can run the program.
+    certain_devices: Vec<u32>,
+    /// For each area of which the run accessed more devices than each PLC has: how many it needs.
+    pub(super) needed: BTreeMap<AreaId, u32>,
     /// The values of choices that operations computed so far in this scan.
     pub(super) known: ComputedChoices,
     /// The results of operations: the ones that this real run has computed, or the ones that a run of the model uses.
@@ -147,6 +154,15 @@ impl<'p, F: FreeValues> State<'p, F> {
             interrupting: false,
             reading: None,
             changing: false,
+            needs_devices: false,
+            certain_devices: {
+                let mut all = vec![u32::MAX; program.areas.len()];
+                for (area, &count) in &program.certain_devices {
+                    all[usize::from(area.0)] = count;
+                }
+                all
+            },
+            needed: BTreeMap::new(),
             known: ComputedChoices::new(),
             learned: Knowledge::new(),
             undeclared_writes: Vec::new(),
@@ -230,7 +246,7 @@ impl<'p, F: FreeValues> State<'p, F> {
                 most.copied().unwrap_or(i16::MAX.cast_unsigned())
             }
             // A timer that starts in this scan does not time out in it, unless its set value is 0.
-            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime) => 0,
+            Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => 0,
             // Such a choice is asked for only as the count of a loop.
             None | Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => {
                 self.doubt = self.doubt.or(Some(self.at));
@@ -349,6 +365,10 @@ impl<'p, F: FreeValues> State<'p, F> {
         let number = |index: usize| u32::try_from(index).unwrap_or(KNOWN - 1);
         let because = doubt.filter(|_| unknown != 0).map_or(KNOWN, number);
         let held = CellValue { value, unknown, havocs: number(havocs), because };
+        if cell.index >= self.certain_devices[usize::from(cell.area.0)] {
+            let needed = self.needed.entry(cell.area).or_default();
+            *needed = (*needed).max(cell.index + 1);
+        }
         if self.memories.get(&cell) == Some(&value) {
             self.rested.insert(cell);
         }

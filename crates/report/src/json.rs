@@ -199,6 +199,8 @@ struct Scan<'a> {
     lower_kind: &'static str,
     model_ps: u64,
     stands_between: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    devices: Vec<NeededDevices<'a>>,
     trust: &'static str,
     exact: bool,
     naive_ps: u64,
@@ -213,6 +215,12 @@ struct Scan<'a> {
     coactivity: Option<Coactivity<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     net: Option<net::Net<'a>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct NeededDevices<'a> {
+    name: &'a str,
+    least: u32,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -415,6 +423,11 @@ pub(super) fn report<'a>(audit: &'a Audit, check: Option<&Check>) -> Report<'a> 
             lower_kind: if audit.is_reached() { "reached" } else { "admissible" },
             model_ps: audit.bound.model.0,
             stands_between: audit.stands_between.clone().or_else(|| tolerance(audit)),
+            devices: audit
+                .needed_devices
+                .iter()
+                .map(|(name, least)| NeededDevices { name, least: *least })
+                .collect(),
             trust: audit.trust.name(),
             exact: audit.possible() == audit.bound.upper && audit.proved().is_some(),
             naive_ps: audit.bound.naive.0,

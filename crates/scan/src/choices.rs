@@ -12,11 +12,16 @@ use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, Logic, Relation, WordSou
 use scanbound_model::Lit;
 
 impl Run<'_> {
-    fn facts(&self, choice: ChoiceId) -> &[Observation] {
+    /// What real runs observed of a choice in the current call context. An upper bound does not use what only PLCs
+    /// with enough devices do.
+    fn facts(&self, choice: ChoiceId) -> Vec<Observation> {
         if self.knowledge.is_empty() {
-            return &[];
+            return Vec::new();
         }
-        self.knowledge.get(&(self.frames.clone(), choice)).map_or(&[], Vec::as_slice)
+        let facts = self.knowledge.get(&(self.frames.clone(), choice)).into_iter().flatten();
+        let is_used =
+            |fact: &&Observation| self.purpose == Purpose::LowerBound || !fact.needs_devices;
+        facts.filter(is_used).cloned().collect()
     }
 
     /// The value of a choice that is read, computed by executing its operation. A value that was computed under a guard
@@ -79,7 +84,8 @@ impl Run<'_> {
             return self.expired(choice, expiry, at);
         }
         let free = self.memory.bit_choice(&self.frames, choice, &|| describe(program, at));
-        if self.facts(choice).is_empty() {
+        let facts = self.facts(choice);
+        if facts.is_empty() {
             return free;
         }
         let moment = (self.frames.clone(), choice);
@@ -87,7 +93,7 @@ impl Run<'_> {
             return known;
         }
         let mut bit = free;
-        for fact in self.facts(choice).to_vec() {
+        for fact in facts {
             let Outcome::Value(value) = fact.outcome else { continue };
             let matches = self.matches(&fact.reads, at);
             bit = self.memory.circuit().ite(matches, Lit::constant(value & 1 == 1), bit);
@@ -130,7 +136,8 @@ impl Run<'_> {
         if let Some(word) = self.computed_value(choice, at) {
             return word;
         }
-        let learned = !self.facts(choice).is_empty();
+        let facts = self.facts(choice);
+        let learned = !facts.is_empty();
         let free = match iterations {
             None => self.memory.word_choice(&self.frames, choice, &|| describe(program, at)),
             Some(_) => self.one_or_no_iteration(choice, at),
@@ -149,7 +156,7 @@ impl Run<'_> {
             let some = self.memory.words.in_range(circuit, count, 1, 0x7FFF);
             word = self.memory.words.either(some, count, word);
         }
-        for fact in self.facts(choice).to_vec() {
+        for fact in facts {
             let Outcome::Value(value) = fact.outcome else { continue };
             let matches = self.matches(&fact.reads, at);
             let value = self.memory.words.constant(value);
@@ -295,10 +302,10 @@ impl Run<'_> {
             self.known.written.push((choice, guard, rest));
             return rest;
         }
-        if self.facts(choice).is_empty() {
+        let facts = self.facts(choice);
+        if facts.is_empty() {
             return guard;
         }
-        let facts = self.facts(choice).to_vec();
         let known: Vec<Lit> = facts.iter().map(|fact| self.matches(&fact.reads, at)).collect();
         // The operation reads all inputs before it writes any result.
         let mut rest = guard;

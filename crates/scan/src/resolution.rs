@@ -3,6 +3,7 @@
 
 use super::operation;
 use super::run::Run;
+use super::settings::Purpose;
 use super::word::{Word, Words};
 use scanbound_base::word_interval::{WordInterval, signed_ranges};
 use scanbound_ir::meaning::{
@@ -378,12 +379,14 @@ impl<'p> Run<'p> {
             None if follows && shape == Shape::Cells => self.elements(address, count, at)?,
             None => return None,
         };
+        let is_lower = self.purpose == Purpose::LowerBound;
         let place = |(holds, from): (Lit, i64)| {
             let cell = |offset: usize| {
                 let at = from.checked_add(i64::try_from(offset).ok()?)?;
                 address.ranges.iter().find_map(|stretch| {
                     let offset = u32::try_from(at.checked_sub(stretch.from)?).ok()?;
-                    (offset < stretch.count).then(|| stretch.first.plus(offset))
+                    let count = if is_lower { stretch.chosen } else { stretch.count };
+                    (offset < count).then(|| stretch.first.plus(offset))
                 })
             };
             let spot = |n: usize| match shape {

@@ -358,3 +358,104 @@ fn a_missing_routine_may_switch_what_changes_other_instructions() {
     let others = run(&without, "[external]\ndevices = [\"M8024\"]\n");
     assert!(others.stdout.contains("depends on M8024 or M8160"), "{}", others.stdout);
 }
+
+/// The report on a list with facts, where all rows that are not named cost nothing.
+fn report_with(list: &str, facts: &str) -> Value {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("facts.toml");
+    fs::write(&path, facts).expect("written");
+    report(list, "", &format!("{Q} --facts {}", path.display()))
+}
+
+/// The devices that the longest scan found needs, as a report names them.
+fn needed(report: &Value) -> String {
+    report["scan"]["devices"].as_array().map_or_else(String::new, |all| {
+        let one = |one: &Value| format!("{}{}", one["name"].as_str().unwrap_or(""), one["least"]);
+        all.iter().map(one).collect::<Vec<_>>().join(" ")
+    })
+}
+
+#[test]
+fn a_scan_says_how_many_devices_it_needs() {
+    let far = "LD SM400; MOV K5 Z1; MOV K7 ZR100Z1; LD= ZR100Z1 K7; Op1; END";
+    let latch = "LD SM400; MOV K79 Z1; SET L22000Z1; LD L22000Z1; Op1; BMOV R0 K4L22000 K5; END";
+    let short = "LD SM400; MOV K79 Z1; SET L22000Z1; LD L22000Z1; Op1; END";
+    let data = "LD SM400; MOV K9 Z1; MOV K7 D20000Z1; LD= D20000Z1 K7; Op1; END";
+    let bits = "[index]\nbits = 16\n";
+    for (list, facts, lower, want) in [
+        (far, "", 1, "ZR106"),
+        (far, "[devices]\nZR = 105\n", 0, ""),
+        (far, "[devices]\nZR = 106\n", 1, ""),
+        // What a block of constant length needs, the program names.
+        (latch, "", 1, ""),
+        (latch, "[devices]\nL = 22079\n", 0, ""),
+        (short, "", 1, "L22080"),
+        (short, "[devices]\nl = 22079\n", 0, ""),
+        (short, "[devices]\nl = 22080\n", 1, ""),
+        (data, "", 1, "D20010"),
+        // Whether an index leads from D12287 to the extended registers is unknown.
+        ("LD D13000.0; Op2; LD SM400; MOV K9 Z1; MOV K7 D12280Z1; Op1; END", "", 0, ""),
+    ] {
+        let report = report_with(list, &format!("{bits}{facts}"));
+        assert_eq!((lower_ns(&report) / 1000, needed(&report)), (lower, want.to_owned()), "{list}");
+        assert!(upper_ns(&report) >= 1000, "{list}: the upper bound does not depend on them");
+    }
+    for (list, facts, want) in [
+        (far, "[devices]\nZR = 50\n", "names one with the number 100"),
+        (far, "[devices]\nX = 50\n", "cannot be stated"),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (program, path) = (directory.path().join("a.il"), directory.path().join("f.toml"));
+        fs::write(&program, list.replace("Op1", "OUT Y0").replace("; ", "\n")).expect("written");
+        fs::write(&path, facts).expect("written");
+        let arguments = format!("audit {} {Q} --facts {}", program.display(), path.display());
+        let run = scanbound("attack", &arguments);
+        assert_eq!(run.code, Some(2), "{}", run.stdout);
+        assert!(run.stderr.contains(want), "{}", run.stderr);
+    }
+}
+
+#[test]
+fn scans_without_operation_errors_are_found() {
+    // The scan that the model prefers ends at the indirect access.
+    let list = "LD X0; Op50; LD X1; Op20; BMOV @D0 D10 K3; LD X2; Op100; LD X3; BMOV @D4 D20 K3; LD X4; Op100; END";
+    let rows = "Op50,50,0; Op20,20,0; Op100,100,0";
+    assert_eq!(bounds(list, rows, Q), (250, 270));
+}
+
+#[test]
+fn the_carry_flag_is_known_behind_a_shift() {
+    for (list, want) in [
+        ("MOV K1 D0; SFR D0 K1; LD SM700; Op1", (1, 1)),
+        ("MOV K1 D0; SFR D0 K2; LD SM700; Op1", (0, 0)),
+        ("MOV H4000 D0; SFL D0 K2; LD X0; AND SM700; Op1", (1, 1)),
+        ("MOV H4000 D0; SFL D0 K1; LD SM700; Op1", (0, 0)),
+        ("MOV H8000 D0; ROL D0 K1; LD SM700; Op1", (1, 1)),
+        // Another instruction may change it, and so may a shift by 0, or an interrupt program.
+        ("MOV K1 D0; SFR D0 K1; MOV K1 D1; LD SM700; Op1", (0, 1)),
+        ("MOV K1 D0; SFR D0 K0; LD SM700; Op1", (0, 1)),
+        ("MOV K1 D0; SFR D0 K1; LD SM700; Op1; FEND; I0; IRET", (0, 1)),
+        // It keeps its value if the shift is not executed.
+        ("MOV K1 D0; LD X0; SFR D0 K1; LD SM700; ANI X0; Op1", (0, 1)),
+    ] {
+        let list = format!("LD SM400; {list}; END");
+        let interrupts = if list.contains("I0") { " --interrupts I0=1" } else { "" };
+        assert_eq!(bounds(&list, "", &format!("{Q}{interrupts}")), want, "{list}");
+    }
+}
+
+#[test]
+fn a_quotient_is_known_at_an_indexed_device() {
+    let list = "LD SM400; MOV K3 Z1; / K17 K5 D10Z1; LD= D13 K3; AND= D14 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+    let list = "LD SM400; MOV K3 Z1; D/ K17 K5 D10Z1; LDD= D13 K3; ANDD= D15 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+}
+
+#[test]
+fn blocks_of_relays_are_moved_as_words() {
+    let list = "LD SM400; MOV H8001 K4M100; MOV K2 K4M116; BMOV K4M100 K4M200 K2; BMOV K4M200 D0 K2; LD M200; AND M215; AND M217; ANI M216; AND= D0 H8001; AND= D1 K2; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+    let list = "LD SM400; MOV H8001 D0; BMOV D0 K4M200 K1; LD M200; AND M215; ANI M201; Op1; END";
+    assert_eq!(bounds(list, "", Q), (1, 1));
+}

@@ -13,7 +13,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The syntax of a facts file, shown as help for an entry that does not follow it.
-const FORM: &str = "a facts file has these tables, with entries such as [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\", latched = true), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true), [sfc] (selection = \"all\", action_order = \"named\", drawn_conditions = \"last-scan\") and [controller] (\"actions have no final scan\" = true)";
+const FORM: &str = "a facts file has these tables, with entries such as [ranges] (D100 = [0, 10]), [counts] (\"MAIN.csv:543\" = [0, 20]), [calls] (P153 = { time = \"50us\", writes = [\"D100-D199\"] }), [interrupts] (I0 = 2, I28 = \"4ms\"), [io] (inputs = 64, outputs = 32, base = \"main\", latched = true), [network] (refresh = \"1ms\" or \"none\"), [index] (bits = 16, Z0 = [0, 99], indirect = [\"ZR1000-ZR1999\"]), [devices] (ZR = 200000, L = 32768), [scan] (factor = 1.1, constant = \"20ms\" or \"none\", watchdog = \"500ms\", on_error = \"stop\"), [external] and [internal] (devices = [\"D100-D199\"]), [exclusive] (sets = [[\"X10\", \"X11\"]]), [start] (download = true), [sfc] (selection = \"all\", action_order = \"named\", drawn_conditions = \"last-scan\") and [controller] (\"actions have no final scan\" = true)";
 const SCAN: &str = "write factor = 1.1 if other tasks of the CPU, such as communication, lengthen a scan by at most 10 %; constant = \"20ms\", the constant or minimum scan time in the CPU's parameters, or \"none\"; watchdog = \"500ms\", the watchdog time in the CPU's parameters";
 const DOWNLOAD: &str = "write download = true if the bound must also cover the first scans after a download, in which memory may have any values";
 const SELECTION: &str = "write selection = \"all\" if all true transitions after a step fire where they have no priorities, or selection = \"first\" if only the first of them fires";
@@ -22,7 +22,7 @@ const ACTION_ORDER: &str = "write the order in which actions are executed: actio
 const ON_ERROR: &str = "write on_error = \"stop\" if the CPU's parameters say that it stops at an operation error (division by zero, index out of range), or on_error = \"continue\" if it continues";
 const CONTROLLER: &str = "write true if the controller does this, false if it does as the standard says: \"actions have no final scan\" = true";
 /// The names of the tables that a facts file may have.
-pub const TABLES: [&str; 14] = [
+pub const TABLES: [&str; 15] = [
     "ranges",
     "counts",
     "calls",
@@ -30,6 +30,7 @@ pub const TABLES: [&str; 14] = [
     "io",
     "network",
     "index",
+    "devices",
     "scan",
     "external",
     "internal",
@@ -181,6 +182,12 @@ impl Reader<'_> {
             "counts" => self.counted(key.get_ref(), value),
             "calls" => self.call(key.get_ref(), value),
             "index" => self.index(key, value),
+            "devices" => {
+                let what = format!("the number of devices {}", key.get_ref());
+                if let Some(count) = self.count(&what, value) {
+                    self.facts.devices.insert(key.get_ref().to_string(), count);
+                }
+            }
             "interrupts" if value.get_ref().as_str().is_some() => {
                 let text = value.get_ref().as_str().unwrap_or_default().trim();
                 match text.parse() {
@@ -616,7 +623,7 @@ mod tests {
 
     #[test]
     fn every_fact_is_read() {
-        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\ndrawn_conditions = 'last-scan'\n[controller]\n'actions have no final scan' = true\n";
+        let text = "[ranges]\nD100 = [0, 10]\n'Z0' = [-1, 0x1F]\n[counts]\n'A.csv:7' = [0, 9]\n'A.csv:9' = 3\n[calls]\np007 = { time = '2us', writes = ['D1-D9'] }\n[index]\nbits = 32\nindirect = ['D1-D9', 'W5']\nZ3 = [-4, 9]\n[devices]\nZR = 200000\n[interrupts]\nI0 = 2\nI28 = '4ms'\n[io]\ninputs = 64\noutputs = 32\nlatched = true\nbase = 'Main'\n[network]\nrefresh = '1.5ms'\n[scan]\nfactor = 1.05\nconstant = 'none'\nwatchdog = '0.5s'\non_error = 'continue'\n[external]\ndevices = ['D5']\n[internal]\ndevices = ['M1-M9']\n[exclusive]\nsets = [['X1', 'X2'], ['M1', 'M2', 'M3']]\n[start]\ndownload = true\n[sfc]\nselection = 'all'\naction_order = 'alphabetical'\ndrawn_conditions = 'last-scan'\n[controller]\n'actions have no final scan' = true\n";
         let facts = Facts::parse("facts.toml", text).expect("the facts are well-formed");
         let writes = Some(vec!["D1-D9".to_owned()]);
         let call = StatedCall { name: "p007".to_owned(), time: Picos(2_000_000), writes };
@@ -628,6 +635,7 @@ mod tests {
                 counts: [("A.csv:7".to_owned(), (0, 9)), ("A.csv:9".to_owned(), (3, 3))].into(),
                 calls: [("P7".to_owned(), call)].into(),
                 index_bits: Some(32),
+                devices: [("ZR".to_owned(), 200_000)].into(),
                 indirect: Some(vec!["D1-D9".to_owned(), "W5".to_owned()]),
                 indices: [("Z3".to_owned(), (-4, 9))].into(),
                 external: vec!["D5".to_owned()],

@@ -149,6 +149,11 @@ impl Lowering<'_> {
                 let cell = Logic::cell(Cell { area: area(name), index });
                 if first { cell } else { cell.not() }
             }
+            Place::At(DeviceType::VolatileBit, 700)
+                if device.name == "SM" && self.carry.is_some() =>
+            {
+                self.carry.map_or(Logic::Const(false), Logic::cell)
+            }
             Place::At(DeviceType::VolatileBit, _)
             | Place::BitOf(DeviceType::VolatileWord, ..)
             | Place::Foreign(true) => {

@@ -172,10 +172,32 @@ impl Lowering<'_> {
             Some(effects) => effects,
             None => {
                 let mut effects = self.havoc_all(raw, entry, When::Fired);
+                self.add_carry(raw, entry, &mut effects);
                 self.set_exact_meaning(raw, entry, &mut effects);
                 effects
             }
         })
+    }
+
+    /// Adds a bit to the effects of a shift or rotation by a constant: the carry flag SM700 as it is behind the
+    /// instruction, until another instruction than a contact follows. If the instruction does not fire, or its exact
+    /// meaning is not known, the bit has any value. (MELSEC-Q/L programming manual, common instructions, pages 330, 333
+    /// and 339.)
+    fn add_carry(&mut self, raw: &RawInstruction, entry: &Entry, effects: &mut Vec<Effect>) {
+        let is_shift = matches!(&*entry.mnemonic, "SFR" | "SFL" | "ROR" | "ROL" | "DROR" | "DROL");
+        let is_large = matches!(self.family, Family::Q | Family::L | Family::Iqr);
+        let moves = raw.operands.get(1).and_then(|by| self.constant(by)).is_some_and(|by| by > 0);
+        // Whether an interrupt program keeps the flag is unknown.
+        if !(is_shift && is_large && moves) || self.modes.has_interrupts {
+            return;
+        }
+        let cell = self.memory();
+        self.out.program.names.insert(cell, format!("SM700 after `{}`", raw.text));
+        let region = Region::Range { first: cell, count: 1 };
+        let any = Effect { when: When::Always, write: Write::Havoc(region, self.choice()) };
+        effects.insert(0, any);
+        effects.push(Effect { when: When::Fired, write: Write::Havoc(region, self.choice()) });
+        self.carry = Some(cell);
     }
 
     /// The effects of writing a number of `words` words to an operand when the instruction fires. If the cells are

@@ -1,5 +1,6 @@
 //! Makes "any value" more precise: where choices come from, which cells an index can reach, exact operations.
 
+use super::devices::certain_points;
 use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent, Role};
 use crate::memory::{DeviceType, Family, area};
@@ -120,19 +121,20 @@ impl Lowering<'_> {
             },
             _ => return None,
         };
-        let count = self.points(cells, device.name)?;
         let at =
             |register| WordSource::Cell(Cell { area: const { self::area("Z") }, index: register });
         let term = match letters {
             // Whether an index of a file register has 16 or 32 bits is a CPU parameter.
-            "Z" if matches!(device.name, "R" | "ZR") => match self.options.facts.index_bits? {
-                16 => Term::signed(at(register)),
-                _ if device.name == "R" => return None,
-                _ => Term {
-                    words: vec![at(register), at(register + 1)],
-                    ..Term::signed(at(register))
-                },
-            },
+            "Z" if self.is_extended(cells, device.name, number) => {
+                match self.options.facts.index_bits? {
+                    16 => Term::signed(at(register)),
+                    _ if device.name != "ZR" => return None,
+                    _ => Term {
+                        words: vec![at(register), at(register + 1)],
+                        ..Term::signed(at(register))
+                    },
+                }
+            }
             "Z" => Term::signed(at(register)),
             "V" => Term::signed(WordSource::Cell(Cell {
                 area: const { area("V index ") },
@@ -140,8 +142,8 @@ impl Lowering<'_> {
             })),
             _ => return None,
         };
-        let first = Cell { area: cells, index: 0 };
-        Some(Address::within(first, count, i64::from(number) + i64::from(offset), vec![term]))
+        let base = i64::from(number) + i64::from(offset);
+        self.device_address((cells, device.name), base, vec![term])
     }
 
     /// The words of an indexed device, whose addresses are computed where they are read. `None` if the address cannot
@@ -400,39 +402,4 @@ impl Lowering<'_> {
             _ => None,
         }
     }
-}
-
-impl Lowering<'_> {
-    /// The number of devices that an area surely has: every CPU of the family has them, or the program names the last
-    /// one. `None` if nothing is known.
-    pub(super) fn points(&self, cells: AreaId, letters: &str) -> Option<u32> {
-        let named = match (letters, self.is_switched(letters)) {
-            ("D" | "W", _) | (_, true) => None,
-            _ => self.modes.named.get(&cells).copied(),
-        };
-        named.max(certain_points(self.family, cells, letters))
-    }
-}
-
-/// The number of devices of an area that every CPU of the family has, if written with these letters. `None` if unknown.
-fn certain_points(family: Family, cells: AreaId, letters: &str) -> Option<u32> {
-    if family == Family::Fx || family == Family::Fx5 {
-        return match letters {
-            "D" => Some(256),
-            "M" => Some(512),
-            _ => None,
-        };
-    }
-    let points = [
-        // The Basic model QCPU has fewest.
-        ("X", 0x800),
-        ("Y", 0x800),
-        ("M", 8192),
-        ("L", 2048),
-        ("B", 0x800),
-        ("D", 11_136),
-        ("W", 0x800),
-    ];
-    let found = points.iter().find(|(name, _)| *name == letters && area(name) == cells);
-    found.map(|(_, points)| *points)
 }

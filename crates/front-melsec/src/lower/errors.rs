@@ -3,13 +3,13 @@
 
 use super::state::Lowering;
 use crate::catalog::{Amount, Entry, Extent};
-use crate::memory::{DeviceType, Family, area};
+use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
 use scanbound_ir::meaning::{Meaning, Operation, OperationInput as Input, Unary};
 use scanbound_ir::{
-    AreaId, Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
+    Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -155,7 +155,7 @@ impl Lowering<'_> {
             }
             _ => return None,
         };
-        let room = self.devices_of(area)?.saturating_sub(first);
+        let room = self.room(area, first)?;
         let (unit, operand) = match amount {
             Amount::Fixed(units) => {
                 let is_short =
@@ -175,26 +175,6 @@ impl Lowering<'_> {
                 Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
             }
         }
-    }
-
-    /// The number of devices of an area: the CPU's default, or more if the program names more. `None` if unknown.
-    fn devices_of(&self, cells: AreaId) -> Option<u32> {
-        let defaults: &[(&str, u32)] = match self.family {
-            Family::Q | Family::L => &[
-                ("X", 8192),
-                ("Y", 8192),
-                ("M", 8192),
-                ("L", 8192),
-                ("B", 8192),
-                ("D", 12_288),
-                ("W", 8192),
-            ],
-            Family::Iqr => &[("M", 12_288), ("L", 8192), ("B", 8192), ("D", 18_432), ("W", 8192)],
-            Family::Fx5 => &[("M", 7680), ("L", 7680), ("B", 256), ("D", 8000), ("W", 512)],
-            Family::Fx => &[],
-        };
-        let known = defaults.iter().find(|(name, _)| area(name) == cells)?.1;
-        Some(known.max(self.modes.highest.get(&cells).copied().unwrap_or(0)))
     }
 
     /// Records an operation error at each loop and call that is nested too deeply. Does nothing if the CPU continues

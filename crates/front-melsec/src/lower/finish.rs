@@ -1,8 +1,8 @@
 //! The last stage, when all files are lowered: resolves the targets of jumps, calls and loops, and changes what depends
 //! on the whole program.
 
-use super::ranges;
 use super::state::Lowering;
+use super::{devices, ranges};
 use scanbound_base::diagnostic::{Diagnostic, Severity};
 use scanbound_front::{Faults, absent};
 use scanbound_ir::{Program, Step};
@@ -29,6 +29,7 @@ impl Lowering<'_> {
             return Err(found);
         }
         found.extend(self.start_ranges());
+        found.extend(devices::faults(self.options, &self.modes.devices));
         if found.iter().any(|fault| fault.severity == Severity::Error) {
             return Err(found);
         }

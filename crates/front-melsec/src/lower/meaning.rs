@@ -160,7 +160,11 @@ impl Lowering<'_> {
         };
         let constant = |value| OperationInput::Words(vec![WordSource::Const(value)]);
         let inputs = vec![self.value(text, words)?, constant(places as u16), constant(0)];
-        let outputs = vec![self.target(text, words)?, Target::Nowhere];
+        let carry = match self.carry {
+            Some(cell) => Target::Bits(vec![BitTarget::Cell(cell)]),
+            None => Target::Nowhere,
+        };
+        let outputs = vec![self.target(text, words)?, carry];
         Some(Meaning { operation, inputs, outputs })
     }
 
@@ -170,10 +174,9 @@ impl Lowering<'_> {
         let value = self.value(from, 1)?;
         let &[WordSource::Cell(count)] = &self.cells(table, 1)?[..] else { return None };
         let letters = self.device(table)?.name;
-        let points = self.points(count.area, letters)?;
         let term = Term::unsigned(WordSource::Cell(count));
-        let all = Cell { index: 0, ..count };
-        let behind = Address::within(all, points, i64::from(count.index) + 1, vec![term]);
+        let base = i64::from(count.index) + 1;
+        let behind = self.device_address((count.area, letters), base, vec![term])?;
         let words = |word| Box::new(Number::Words(vec![word]));
         let counted = Number::Add(words(WordSource::Cell(count)), words(WordSource::Const(1)));
         Some(Meaning {
@@ -203,6 +206,10 @@ impl Lowering<'_> {
             }
             "/" | "DIV" => {
                 let inputs = vec![self.value(a, words)?, self.value(b, words)?];
+                if let Place::Indexed(DeviceType::Word(_), false) = self.device(c)?.place {
+                    let operation = Operation::DivideJoined { signed: true };
+                    return self.single_result(operation, inputs, c, 2 * words);
+                }
                 let mut places = self.places(c, 2 * words)?;
                 let rest = places.split_off(words);
                 let operation = Operation::Divide { signed: true };
@@ -479,6 +486,13 @@ impl Lowering<'_> {
             (ElementCount::Known(count), Place::At(..)) => {
                 return Some(OperationInput::Words(self.cells(text, (count * unit) as usize)?));
             }
+            (ElementCount::Known(count), Place::Digits(DeviceType::Bit(area), first, 4))
+                if unit == 1 && self.is_large() =>
+            {
+                let part =
+                    |n| WordSource::Bits { first: Cell { area, index: first + 16 * n }, count: 16 };
+                return Some(OperationInput::Words((0..count).map(part).collect()));
+            }
             _ => self.from(text, unit)?,
         };
         let count = match many {
@@ -503,6 +517,13 @@ impl Lowering<'_> {
             (ElementCount::Known(count), Place::At(..)) => {
                 Some(Target::Words(self.places(text, (count * unit) as usize)?))
             }
+            (ElementCount::Known(count), Place::Digits(DeviceType::Bit(area), first, 4))
+                if unit == 1 && self.is_large() =>
+            {
+                let part =
+                    |n| WordTarget::Bits { first: Cell { area, index: first + 16 * n }, count: 16 };
+                Some(Target::Words((0..count).map(part).collect()))
+            }
             _ => Some(Target::Run(self.from(text, unit)?, Shape::Cells)),
         }
     }
@@ -517,9 +538,7 @@ impl Lowering<'_> {
             return self.indexed(&device, 0).filter(|_| !is_wide);
         }
         let &[WordSource::Cell(cell)] = &self.cells(text, 1)?[..] else { return None };
-        let points = self.points(cell.area, device.name)?;
-        let first = Cell { index: 0, ..cell };
-        Some(Address::within(first, points, i64::from(cell.index), Vec::new()))
+        self.device_address((cell.area, device.name), i64::from(cell.index), Vec::new())
     }
 }
 

@@ -8,12 +8,14 @@ mod choices;
 mod coils_off;
 mod compare;
 mod control;
+mod devices;
 mod edges;
 mod errors;
 mod finish;
 mod labels;
 mod meaning;
 mod modes;
+mod named;
 mod output;
 mod overflow;
 mod ranges;
@@ -32,7 +34,7 @@ use modes::Modes;
 use scanbound_base::location::Location;
 use scanbound_front::Faults;
 use scanbound_front::builder::{Builder, always};
-use scanbound_ir::{Program, Region, SourceFile, Step, Write};
+use scanbound_ir::{BitSource, ChoiceKind, Logic, Program, Region, SourceFile, Step, Write};
 pub(super) use state::Lowering;
 use state::{CurrentInstruction, Edges, JumpTargets, OPEN, RungState};
 use std::sync::Arc;
@@ -78,12 +80,14 @@ impl<'a> Lowering<'a> {
             rung: RungState::default(),
             edges: Edges::default(),
             targets: JumpTargets::default(),
+            carry: None,
             state: None,
         };
         lowering.modes.index_is_open = lowering.writes_other_indices();
         // Others may write an index register as a special register, which has no cell of its own.
         let external = options.facts.external.iter();
         let external = external.filter_map(|text| ranges::written(text, options.family, false));
+        lowering.note_devices();
         let indices = external.flatten().filter(|region| matches!(region, Region::Area(_)));
         lowering.out.program.external.extend(indices);
         lowering
@@ -95,6 +99,7 @@ impl<'a> Lowering<'a> {
         let first = self.out.next();
         self.current = CurrentInstruction::of(file);
         self.rung = RungState::default();
+        self.carry = None;
         self.out.program.instructions.reserve(items.len());
         if let Some(end) = self.structure.skip_target(file) {
             self.lower_skip(end);
@@ -142,7 +147,13 @@ impl<'a> Lowering<'a> {
         self.approximate(
             "instructions call, start or stop this program: the bound covers scans in which the program runs and scans in which it does not",
         );
-        let fires = self.free_bit();
+        // A program that other programs call may have the type standby: a real run's CPU calls it, and it does not run
+        // by itself. If instructions start and stop programs, it is unknown.
+        let runs_itself = self.choice();
+        if !self.resolved.starts_programs() {
+            self.out.program.kinds.insert(runs_itself, ChoiceKind::Parameter);
+        }
+        let fires = Logic::Bit(BitSource::Free(runs_itself)).not();
         let at = self.add(None, Vec::new(), Step::Jump { fires, target: OPEN });
         self.targets.add_jump(at, end);
     }
@@ -164,6 +175,15 @@ impl<'a> Lowering<'a> {
 
     fn instruction(&mut self, item: &Item<'_>) {
         let (name, raw) = (&*item.name, item.raw);
+        let is_contact = matches!(
+            item.category,
+            Category::Contact { .. }
+                | Category::Comparison { .. }
+                | Category::Block
+                | Category::Branch
+                | Category::Result
+        );
+        self.carry = self.carry.filter(|_| is_contact);
         match &item.category {
             &Category::Contact { join, rising, negated } => {
                 self.contact(name, raw, join, rising, negated);

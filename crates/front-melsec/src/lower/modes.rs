@@ -1,10 +1,11 @@
 //! Finds the special relays and instructions in a project that change the meaning of other instructions, and other
 //! facts about the whole project that lowering needs.
 
+use super::named::NamedDevices;
 use super::written::{index_values, unpulsed};
 use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
-use crate::resolve::Item;
+use crate::resolve::{Category, Control, Item};
 use scanbound_ir::{AreaId, Cell, Region, RegionSet};
 use std::collections::BTreeMap;
 
@@ -25,6 +26,8 @@ pub(super) struct Modes {
     pub states_may_stay: bool,
     /// FX: whether the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
     pub counts_in_d8164: bool,
+    /// Whether the project has interrupt programs.
+    pub has_interrupts: bool,
     /// The cells that instructions reset or may reset; see [`Modes::may_reset`].
     resets: RegionSet,
     /// FX, FX5: for each index register that the program writes, 0 and the constants that it moves there. `None` if it
@@ -37,7 +40,7 @@ pub(super) struct Modes {
     /// program names the highest one. Areas whose numbers may have gaps (D, W) are missing.
     pub named: BTreeMap<AreaId, u32>,
     /// As `named`, but for all areas, also those whose numbers may have gaps.
-    pub highest: BTreeMap<AreaId, u32>,
+    pub devices: NamedDevices,
 }
 
 impl Modes {
@@ -60,11 +63,14 @@ impl Modes {
             uses_binary_search: touches(&[702]),
             states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
             counts_in_d8164: family == Family::Fx && touches(&[8164]),
+            has_interrupts: items
+                .iter()
+                .any(|item| matches!(item.category, Category::Control(Control::Interrupt))),
             resets: resets(items),
             index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
             index_is_open: false,
             named: named(items),
-            highest: highest(items.iter().flat_map(|item| &item.operands).filter_map(device)),
+            devices: NamedDevices::of(items),
         }
     }
 
@@ -184,15 +190,3 @@ fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
 
 /// The number of the first special relay of the FX.
 const FIRST_SPECIAL: u32 = 8000;
-
-/// For each area: the number of devices that the CPU has at least, since a plain operand names the highest one.
-fn highest<'a>(devices: impl Iterator<Item = &'a Device>) -> BTreeMap<AreaId, u32> {
-    let mut highest: BTreeMap<AreaId, u32> = BTreeMap::new();
-    for device in devices {
-        if let Place::At(DeviceType::Bit(area) | DeviceType::Word(area), number) = device.place {
-            let known = highest.entry(area).or_default();
-            *known = (*known).max(number.saturating_add(1));
-        }
-    }
-    highest
-}

@@ -40,6 +40,9 @@ pub struct Lowering<'a> {
     pub(super) indirect: Option<Vec<Region>>,
     /// The targets of jumps, calls and loops.
     pub(super) targets: JumpTargets,
+    /// The bit that holds the carry flag SM700, if the instruction before the contacts here is a shift or rotation that
+    /// sets it.
+    pub(super) carry: Option<Cell>,
     /// The step ladder state that is being lowered. `None` outside of step ladder states.
     pub(super) state: Option<LadderState>,
 }

@@ -55,6 +55,14 @@ pub(super) fn exact(audit: &Audit, extent: Extent) -> String {
         let what = format!("at least: a scan that takes this long was found and replayed{reached}");
         row("", time(audit.possible()).styled(BOLD), what);
     }
+    if !audit.needed_devices.is_empty() {
+        let all =
+            audit.needed_devices.iter().map(|(name, least)| format!("{least} devices {name}"));
+        let all = all.collect::<Vec<_>>().join(" and ");
+        let what =
+            format!("the scan found needs a CPU with at least {all}, which parameters decide");
+        row("", left(""), what);
+    }
     if let Some(why) = &audit.stands_between {
         let what =
             format!("the longest scan with the known values of devices; between the two: {why}");
