@@ -399,12 +399,13 @@ fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
     let is_true = |one: &Node<'_, '_>| {
         one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
     };
-    // Flags that the tool declares itself, so that they are not among the variables.
+    // Flags that the tool declares itself, so that they are not among the variables, and those for which it executes code.
     let flag = |one: Node<'_, '_>| {
-        let name = format!("SFC{}", one.tag_name().name());
+        let name = one.tag_name().name();
+        let name = format!("SFC{}", name.strip_prefix("SFC").unwrap_or(name));
         let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
-        let is_used = CONTROL_FLAGS.contains(&&*name) && is_set("Use") && is_set("Declare");
-        is_used.then_some(name)
+        let is_declared = CONTROL_FLAGS.contains(&&*name) && is_set("Declare");
+        (is_set("Use") && (is_declared || name.contains("Analyzation"))).then_some(name)
     };
     let what = match node.tag_name().name() {
         "SFCSettings" => {
