@@ -513,7 +513,20 @@ fn indexed_coils_are_held_off_with_their_routine() {
 /// Of what every Q CPU has for certain.
 #[test]
 fn the_smallest_cpu_ends_the_areas() {
-    is_open(Family::Q, "MOV D0Z0 K4M0", "M0", &[("Z0", 11_136)]);
-    is_open(Family::Q, "MOV W0Z0 K4M0", "M0", &[("Z0", 0x800)]);
-    is_open(Family::Q, "MOV K4B0Z0 K4M0", "M0", &[("Z0", 0x7FF)]);
+    // A run that goes beyond says so.
+    for (instruction, index, needs) in [
+        ("MOV D0Z0 K4M0", 11_136, 11_137),
+        ("MOV W0Z0 K4M0", 0x800, 0x801),
+        ("MOV K4B0Z0 K4M0", 0x7FF, 0x80F),
+        ("MOV D0Z0 K4M0", 11_135, 0),
+    ] {
+        let start = Start::from([("Z0".to_owned(), index)]);
+        let text = format!("LD SM400; {instruction}; LD M0; CJ P0; LD SM400; OUT Y0; P0; END");
+        let found = run(Family::Q, &text, &start);
+        assert_eq!(
+            found.needed_devices.values().copied().max().unwrap_or(0),
+            needs,
+            "{instruction}"
+        );
+    }
 }

@@ -160,11 +160,12 @@ impl Lowering<'_> {
         if self.family == Family::Fx {
             return;
         }
-        let names = ["M", "L", "B", "D", "W", "ZR"].map(area);
-        for cells in names {
-            let default = default_devices(self.family, cells).unwrap_or(0);
-            let stated = self.stated_devices(cells).unwrap_or(0);
-            let certain = self.named_beyond(cells).unwrap_or(default).max(stated);
+        for letters in ["M", "L", "B", "D", "W", "ZR"] {
+            let cells = area(letters);
+            let named = self.modes.devices.with_blocks.get(&cells).copied();
+            let all =
+                [named, certain_points(self.family, cells, letters), self.stated_devices(cells)];
+            let certain = all.into_iter().flatten().max().unwrap_or(0);
             self.out.program.certain_devices.insert(cells, certain);
         }
     }
