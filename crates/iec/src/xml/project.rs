@@ -399,7 +399,7 @@ fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
     let is_true = |one: &Node<'_, '_>| {
         one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
     };
-    // Flags that the tool declares itself, so that they are not among the variables; and those that make it execute code.
+    // Flags that the tool declares itself, so that they are not among the variables, or for which it executes code.
     let flag = |one: Node<'_, '_>| {
         let name = one.tag_name().name();
         let name = format!("SFC{}", name.strip_prefix("SFC").unwrap_or(name));
