@@ -181,6 +181,23 @@ fn step_flags_of_codesys_change_where_the_chart_is_executed_next() {
 }
 
 #[test]
+fn transitions_that_return_leaves_out_do_not_clear_again() {
+    // RETURN in M ends the chart in the scan that enters B: in the next one, B is active and A is not, and the state
+    // keeps what is known of charts.
+    let chart = "VAR n : INT; END_VAR
+         INITIAL_STEP A: END_STEP STEP B: M(N); END_STEP
+         TRANSITION FROM A TO B := TRUE; END_TRANSITION
+         TRANSITION FROM B TO A := FALSE; END_TRANSITION
+         ACTION M: n := n + 1; cx := n = 2; RETURN; END_ACTION";
+    let facts =
+        format!("{CODESYS}[controller]\n\"RETURN in an action ends the whole chart\" = true\n");
+    let found = audited(&after(chart, "f.cx"), &facts, Trust::All);
+    let found = found.unwrap_or_else(|failure| panic!("{failure:?}"));
+    assert_eq!(found.bound.lower.0, 1_000_000);
+    assert!(found.is_reached(), "the second scan of B");
+}
+
+#[test]
 fn flags_of_codesys_among_global_variables_are_refused() {
     let chart = "INITIAL_STEP A: END_STEP STEP B: cx(N); END_STEP
          TRANSITION FROM A TO B := i0; END_TRANSITION

@@ -181,8 +181,10 @@ impl<'t> Lower<'t> {
         let begins = self.keep_bit(begins);
         let actions_first = self.options.charts.actions_first;
         if actions_first {
-            // On CODESYS and TwinCAT, step flags change where the next execution of the chart begins.
+            // On CODESYS and TwinCAT, step flags change where the next execution of the chart begins. If RETURN ends
+            // the chart before its transitions are evaluated, none of them clears then.
             self.change_steps(&own);
+            self.clear_none(&own);
         }
         self.times_go_on(&own.memory);
         // matiec enters no step in the first scan. It executes actions in the order of their declarations, and its
@@ -266,8 +268,7 @@ impl<'t> Lower<'t> {
     /// Evaluates the transitions: which of them clear.
     fn evaluate_transitions(&mut self, own: &Own<'_>) {
         let (chart, memory) = (own.written, &own.memory);
-        let none = memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
-        self.write(none);
+        self.clear_none(own);
         let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
         let early = self.flags_before_priorities(own);
         let mut ended: Option<Vec<(Cell, Logic, Logic)>> = None;
@@ -329,6 +330,12 @@ impl<'t> Lower<'t> {
             self.landing();
             self.counted_part(from, one.line, &text, 1);
         }
+    }
+
+    /// Records that no transition clears.
+    fn clear_none(&mut self, own: &Own<'_>) {
+        let none = own.memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))).collect();
+        self.write(none);
     }
 
     /// Deactivates the steps before the transitions that clear, and activates those after them.
