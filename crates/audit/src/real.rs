@@ -7,7 +7,7 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, WordSource};
 use scanbound_model::groups::{groups, unused_constraints, witness};
-use scanbound_model::lower_bound::{Treatment, lower_bound_model_with};
+use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
 use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, real};
@@ -32,9 +32,6 @@ const LARGEST_FIRST: usize = 100_000;
 const MAX_GATES_FOR_SMALL_GAINS: usize = 300_000;
 /// A round was worth its time if it made the run longer by at least 1/`WORTH`.
 const WORTH: u64 = 100;
-/// The largest number of instructions at which an operation error cannot be avoided, before the search avoids no later
-/// ones.
-const MAX_UNAVOIDABLE: usize = 4;
 /// The largest number of decisions of a solver for a group in a round: a long scan is wanted, not a proof that none is
 /// longer.
 const MAX_DECISIONS: u64 = 200_000;
@@ -231,7 +228,7 @@ impl RunSearch<'_> {
         gates: &mut usize,
     ) -> Result<bool, String> {
         let summary = summary_choices(self.program);
-        let (mut goes_on, mut avoids_errors) = (false, false);
+        let mut goes_on = false;
         for _ in 0..MAX_ROUNDS {
             let is_long = upper.is_some_and(|upper| found.best.replay.total >= upper);
             let reached = is_long && found.best.is_possible();
@@ -241,8 +238,7 @@ impl RunSearch<'_> {
             let Some(model) = self.model_of(&found.knowledge) else { break };
             found.gates = model.circuit.nodes().len();
             let before = *gates;
-            let longest = self.longest_known(&model, &summary, avoids_errors, gates);
-            let Some((start, most)) = longest else { break };
+            let Some((start, most)) = self.longest_known(&model, &summary, gates) else { break };
             if most <= found.best.replay.total && found.best.is_possible() {
                 break;
             }
@@ -254,24 +250,12 @@ impl RunSearch<'_> {
             // A run that was stopped for its length is not repeated from other starts, because each would take as long.
             let left =
                 one.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::TooLong);
-            // If a run ends early where an operation error may occur, scans without such errors are searched for.
-            let turns = !avoids_errors && self.may_end_in_error(&one) && total < Picos(most.0 / 2);
-            avoids_errors |= turns;
             found.keep_better(one, start);
-            if left || *gates > MAX_GATES || !turns && (total >= most || !news || !goes_on) {
+            if total >= most || !news || left || !goes_on || *gates > MAX_GATES {
                 break;
             }
         }
         Ok(goes_on)
-    }
-
-    /// Whether a run ends at an instruction because an operation error occurs there, or may occur.
-    fn may_end_in_error(&self, run: &RealRun) -> bool {
-        run.stopped.as_ref().is_some_and(|stopped| {
-            stopped.reason == StopReason::Error
-                || matches!(stopped.reason, StopReason::Unknown(_))
-                    && self.program.errors.contains_key(&stopped.at)
-        })
     }
 
     /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
@@ -288,67 +272,21 @@ impl RunSearch<'_> {
 
     /// The start of the longest scan among those that certainly run as in the model, and an upper bound on these scans.
     /// If every path depends on unknown values, what depends on them counts with its smallest time. `None` if no scan
-    /// satisfies the constraints. With `avoids_errors`, scans without operation errors are preferred. Adds the models'
-    /// size to `gates`.
+    /// satisfies the constraints. Adds the models' size to `gates`.
     fn longest_known(
         &self,
         full: &ScanModel,
         summary: &BTreeSet<ChoiceId>,
-        avoids_errors: bool,
         gates: &mut usize,
     ) -> Option<(Witness, Picos)> {
         let standing = |variable| standing(self.program, summary, full, variable);
         *gates += full.circuit.nodes().len();
         [true, false].into_iter().find_map(|is_strict| {
-            let (mut model, errors) =
-                lower_bound_model_with(full, &standing, is_strict, &full.errors);
+            let model = lower_bound_model(full, &standing, is_strict);
             *gates += model.circuit.nodes().len();
-            if avoids_errors {
-                let absent = errors.into_iter().map(|(_, absent)| absent).collect();
-                self.avoid_errors(&mut model, absent);
-            }
             let (assignment, most) = self.longest(&model)?;
             Some((witness(&model, &assignment), most))
         })
-    }
-
-    /// Adds constraints to a model so that no operation error ends the scan, as far as some scan satisfies them. Each
-    /// of `absent`, in the order of execution, is true if the error certainly does not occur at one place. Where it
-    /// cannot be avoided, a real run may show that it does not occur.
-    fn avoid_errors(&self, model: &mut ScanModel, mut absent: Vec<Lit>) {
-        absent.retain(|&one| one != Lit::TRUE && one != Lit::FALSE);
-        absent.dedup();
-        let mut trial = ScanModel { charges: Vec::new(), ..model.clone() };
-        let given = trial.constraints.len();
-        let mut can_avoid = |chosen: &[Lit]| {
-            trial.constraints.truncate(given);
-            trial.constraints.extend(chosen);
-            self.longest(&trial).is_some()
-        };
-        if !can_avoid(&[]) {
-            return;
-        }
-        let (mut chosen, mut rest): (Vec<Lit>, &[Lit]) = (Vec::new(), &absent);
-        for _ in 0..=MAX_UNAVOIDABLE {
-            // The largest number of the next errors that can be avoided together with the chosen ones.
-            let with = |count: usize| [&chosen[..], &rest[..count]].concat();
-            let (mut low, mut high) = (0, rest.len() + 1);
-            let mut count = rest.len();
-            while low + 1 < high {
-                if can_avoid(&with(count)) {
-                    low = count;
-                } else {
-                    high = count;
-                }
-                count = usize::midpoint(low, high);
-            }
-            chosen = with(low);
-            rest = rest.get(low + 1..).unwrap_or_default();
-            if rest.is_empty() || self.is_late() || (self.limits.cancelled)() {
-                break;
-            }
-        }
-        model.constraints.extend(chosen);
     }
 
     /// The start of the longest first scan after power-up among those that certainly run as in the model. `None` if the
@@ -385,7 +323,7 @@ impl RunSearch<'_> {
             }
         }
         let summary = summary_choices(self.program);
-        self.longest_known(&model, &summary, false, &mut 0).map(|(start, _)| start)
+        self.longest_known(&model, &summary, &mut 0).map(|(start, _)| start)
     }
 
     fn is_late(&self) -> bool {

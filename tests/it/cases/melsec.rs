@@ -416,14 +416,6 @@ fn a_scan_says_how_many_devices_it_needs() {
 }
 
 #[test]
-fn scans_without_operation_errors_are_found() {
-    // The scan that the model prefers ends at the indirect access.
-    let list = "LD X0; Op50; LD X1; Op20; BMOV @D0 D10 K3; LD X2; Op100; LD X3; BMOV @D4 D20 K3; LD X4; Op100; END";
-    let rows = "Op50,50,0; Op20,20,0; Op100,100,0";
-    assert_eq!(bounds(list, rows, Q), (250, 270));
-}
-
-#[test]
 fn the_carry_flag_is_known_behind_a_shift() {
     for (list, want) in [
         ("MOV K1 D0; SFR D0 K1; LD SM700; Op1", (1, 1)),
