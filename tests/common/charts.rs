@@ -60,8 +60,7 @@ impl Maker<'_> {
 
     fn join(&mut self, from: Vec<usize>, to: Vec<usize>) {
         let condition = self.condition();
-        let one =
-            Transition { name: None, from, to, condition, has_priority: false, line: 1, id: None };
+        let one = Transition { name: None, from, to, condition, priority: None, line: 1, id: None };
         self.chart.transitions.push(one);
     }
 

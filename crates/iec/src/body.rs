@@ -285,12 +285,20 @@ pub struct Transition {
     pub to: Vec<usize>,
     /// The condition under which it fires.
     pub condition: Expr,
-    /// Whether the source states a priority for it.
-    pub has_priority: bool,
+    /// The priority that the source states for it; a smaller number comes first.
+    pub priority: Option<u32>,
     /// Its line, from 1.
     pub line: u32,
     /// The identifier of its element in the source, if it has one.
     pub id: Option<String>,
+}
+
+impl Transition {
+    /// Whether the source states a priority for it.
+    #[must_use]
+    pub fn has_priority(&self) -> bool {
+        self.priority.is_some()
+    }
 }
 
 /// A macro step. The chart contains its steps in place of it, under the names `MACRO.STEP`.
@@ -317,6 +325,9 @@ pub struct Chart {
     pub line: u32,
     /// The first byte and the end of its XML element in the file; `None` if it was written as text.
     pub span: Option<(usize, usize)>,
+    /// The steps in the order in which Beremiz and OpenPLC write a drawn chart as text. Empty if it was written as text
+    /// or has macro steps, which these tools do not know.
+    pub generated: Vec<usize>,
 }
 
 #[cfg(test)]

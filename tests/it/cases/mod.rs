@@ -4,6 +4,7 @@ mod charts;
 mod constant_scans;
 mod controllers;
 mod drawings;
+mod drawn_charts;
 mod melsec;
 mod names;
 mod reports;

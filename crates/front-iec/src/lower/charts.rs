@@ -20,9 +20,9 @@ use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::{Action, ActionBody, Chart, Hooks, StepFlag};
 use scanbound_iec_tree::code::{Call, Place};
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind};
-use scanbound_iec_tree::tree::{ExprKind, Statement};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Statement};
 use scanbound_iec_tree::types::time_in_units;
-use scanbound_ir::{Cell, Logic, Step, Tag};
+use scanbound_ir::{Cell, Logic, Step, Tag, Write};
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
@@ -35,6 +35,9 @@ const RUNS_EARLY: &str = "the times of initial steps run before their chart is f
 /// Text of a reading: what a restart of a chart does (CODESYS, TwinCAT).
 const RESTART_ENDS: &str =
     "SFCInit and SFCReset execute exit actions and the final scans of actions";
+
+/// Text of a reading: in matiec, conditions see what transitions with priorities before them have cleared.
+const CLEARS_AT_ONCE: &str = "a transition with a priority clears its step flags at once";
 
 /// The chart that is being lowered.
 pub(super) struct Own<'c> {
@@ -276,7 +279,7 @@ impl<'t> Lower<'t> {
             if self.is_late() {
                 return;
             }
-            if !one.has_priority {
+            if !one.has_priority() {
                 // Those with priorities come first here.
                 let ended = ended.get_or_insert_with(|| {
                     let gone = |(cell, flag): &(Cell, Logic)| {
@@ -287,6 +290,7 @@ impl<'t> Lower<'t> {
                 });
                 self.flags_end_in_any_order(own, number, ended);
             }
+            let restored = self.tied_flags_end_in_any_order(own, number, &early);
             let text = format!("TRANSITION {}", chart.transition_name(number));
             self.at(one.line, &text);
             let from = self.builder.next();
@@ -315,7 +319,7 @@ impl<'t> Lower<'t> {
                     let effects = vec![always(set(memory.clears[number], condition.clone()))];
                     let key = Assembler::key(&["CLEAR"], "nothing");
                     self.act_where(key, effects, condition);
-                    if one.has_priority && number + 1 < chart.transitions.len() {
+                    if one.has_priority() && number + 1 < chart.transitions.len() {
                         self.flags_end_early(memory, &one.from, memory.clears[number]);
                     }
                 }
@@ -328,6 +332,9 @@ impl<'t> Lower<'t> {
             }
             self.land(skip);
             self.landing();
+            if !restored.is_empty() {
+                self.write(restored);
+            }
             self.counted_part(from, one.line, &text, 1);
         }
     }
@@ -365,14 +372,16 @@ impl<'t> Lower<'t> {
         self.assembler().builder.add(Some(key), effects, Step::Act { fires });
     }
 
-    /// The flags, as they are now, of the steps that transitions with priorities end at once, if transitions without
-    /// one may come before them on such controllers (matiec).
+    /// The flags, as they are now, of the steps that transitions with priorities end at once, if others may come before
+    /// them on such controllers (matiec): transitions without a priority or, in a drawn chart, with the same priority.
     fn flags_before_priorities(&mut self, own: &Own<'_>) -> Vec<(Cell, Logic)> {
         let all = &own.written.transitions;
-        if self.options.charts.actions_first || all.iter().all(|one| one.has_priority) {
+        let is_mixed = all.iter().any(|one| !one.has_priority());
+        let may_be_tied = own.written.span.is_some() && own.chart.conditions.iter().any(asks_flags);
+        if self.options.charts.actions_first || !(is_mixed || may_be_tied) {
             return Vec::new();
         }
-        let ended = all.iter().filter(|one| one.has_priority).flat_map(|one| &one.from);
+        let ended = all.iter().filter(|one| one.has_priority()).flat_map(|one| &one.from);
         let ended: BTreeSet<usize> = ended.copied().collect();
         let cells = ended.into_iter().map(|step| own.memory.steps[step]);
         cells.map(|cell| (cell, self.keep_bit(Logic::cell(cell)))).collect()
@@ -386,16 +395,45 @@ impl<'t> Lower<'t> {
         number: usize,
         ended: &[(Cell, Logic, Logic)],
     ) {
-        let mut asks = AsksFlags(false);
-        accesses::of_expr(&own.chart.conditions[number], &mut asks);
+        let asks = asks_flags(&own.chart.conditions[number]);
         let from = &own.written.transitions[number].from;
         for (cell, flag, gone) in ended {
-            if asks.0 || from.iter().any(|&step| own.memory.steps[step] == *cell) {
+            if asks || from.iter().any(|&step| own.memory.steps[step] == *cell) {
                 let is_after = self.left_open();
                 let off = all([gone.clone(), is_after]).not();
                 self.write(vec![set(*cell, all([flag.clone(), off]))]);
             }
         }
+    }
+
+    /// In a drawn chart it is not known which of the transitions with the same priority comes first: Beremiz and
+    /// OpenPLC write them in another order than that of the file. The condition of one may see the flags of the steps
+    /// before the others as they were, or as ended. `flags`: the cell of each such flag, and what it was. Returns the
+    /// writes that restore the flags behind the condition.
+    fn tied_flags_end_in_any_order(
+        &mut self,
+        own: &Own<'_>,
+        number: usize,
+        flags: &[(Cell, Logic)],
+    ) -> Vec<Write> {
+        let transitions = &own.written.transitions;
+        let one = &transitions[number];
+        let asks = asks_flags(&own.chart.conditions[number]);
+        if own.written.span.is_none() || !one.has_priority() || !asks {
+            return Vec::new();
+        }
+        let tied = transitions.iter().filter(|other| other.priority == one.priority);
+        let steps = tied.flat_map(|other| &other.from).filter(|step| !one.from.contains(step));
+        let cells: BTreeSet<Cell> = steps.map(|&step| own.memory.steps[step]).collect();
+        let mut restored = Vec::new();
+        for (cell, flag) in flags.iter().filter(|(cell, _)| cells.contains(cell)) {
+            let before = self.keep_bit(Logic::cell(*cell));
+            let early = self.differs(CLEARS_AT_ONCE);
+            let off = all([early, self.left_open()]);
+            self.write(vec![set(*cell, all([flag.clone(), off.not()]))]);
+            restored.push(set(*cell, before));
+        }
+        restored
     }
 
     /// Clears the flags of the steps `from` of a transition with a priority as soon as it clears, on the controllers
@@ -404,7 +442,7 @@ impl<'t> Lower<'t> {
         if self.options.charts.actions_first {
             return;
         }
-        let early = self.differs("a transition with a priority clears its step flags at once");
+        let early = self.differs(CLEARS_AT_ONCE);
         let stays = self.keep_bit(all([Logic::cell(clears), early]).not());
         let flags = from.iter().map(|&step| memory.steps[step]);
         let ends = flags.map(|flag| set(flag, all([Logic::cell(flag), stays.clone()])));
@@ -598,6 +636,13 @@ fn refuse_unsupported(chart: &Chart, written: &Written, keeps_steps: bool) -> Re
 
 /// Whether a condition asks for the flag of a step, or may do so in what it calls.
 struct AsksFlags(bool);
+
+/// Whether a condition may read step flags.
+fn asks_flags(condition: &Expr) -> bool {
+    let mut asks = AsksFlags(false);
+    accesses::of_expr(condition, &mut asks);
+    asks.0
+}
 
 impl Accesses for AsksFlags {
     fn reads(&mut self, _: &Place) {}

@@ -47,25 +47,12 @@ pub fn orders(chart: &written::Chart, pou: &Pou) -> Orders {
     Orders { declared: generated, alphabetical, declared_is_clear: is_clear }
 }
 
-/// The actions of a drawn chart in the order in which generators declare them: depth first along the transitions, from
-/// the initial steps.
+/// The actions of a drawn chart in the order in which generators declare them: from step to step.
 fn as_generated(chart: &written::Chart, names: &[String]) -> Vec<usize> {
-    let mut seen = vec![false; chart.steps.len()];
-    let mut open: Vec<usize> =
-        (0..chart.steps.len()).filter(|&at| chart.steps[at].initial).collect();
-    open.reverse();
-    let mut found = Vec::new();
-    while let Some(step) = open.pop() {
-        if std::mem::replace(&mut seen[step], true) {
-            continue;
-        }
-        let own = chart.steps[step].blocks.iter().map(|block| block.target.name());
-        let own = own.filter_map(|own| names.iter().position(|name| same(name, &own)));
-        found.extend(own);
-        let ways = chart.transitions.iter().filter(|one| one.from.contains(&step));
-        let behind: Vec<usize> = ways.flat_map(|one| one.to.iter().copied()).collect();
-        open.extend(behind.into_iter().rev());
-    }
+    let blocks = chart.generated.iter().flat_map(|&step| &chart.steps[step].blocks);
+    let own = blocks.map(|block| block.target.name());
+    let mut found: Vec<usize> =
+        own.filter_map(|own| names.iter().position(|name| same(name, &own))).collect();
     let mut known = vec![false; names.len()];
     found.extend(0..names.len());
     found.retain(|&at| !std::mem::replace(&mut known[at], true));

@@ -133,7 +133,7 @@ pub fn analyse_by(chart: &Chart, budget: usize, rule: Rule) -> Analysis {
     let mut analysis = of_steps(&net, &reached);
     let actions = Running::all(chart);
     findings(chart, &net, &actions, &reached, &mut analysis);
-    let has_priorities = chart.transitions.iter().any(|one| one.has_priority);
+    let has_priorities = chart.transitions.iter().any(|one| one.has_priority());
     if rule == Rule::All && (chart.competes() || has_priorities) {
         net = chart.net_of_all(&|_, _| false);
         reached = reach(&net, budget.min(BUDGET_OF_ALL));

@@ -40,7 +40,7 @@ pub struct DraftMacro {
 }
 
 /// A chart while it is read.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Draft {
     /// The steps.
     pub steps: Vec<Step>,
@@ -48,6 +48,8 @@ pub struct Draft {
     pub macros: Vec<DraftMacro>,
     /// The transitions in the order of the source.
     pub transitions: Vec<DraftTransition>,
+    /// [`Chart::generated`](crate::body::Chart::generated), if it is known.
+    pub generated: Vec<usize>,
     pub(super) line: u32,
 }
 
@@ -55,6 +57,6 @@ impl Draft {
     /// An empty chart that begins at this line.
     #[must_use]
     pub fn new(line: u32) -> Draft {
-        Draft { steps: Vec::new(), macros: Vec::new(), transitions: Vec::new(), line }
+        Draft { line, ..Draft::default() }
     }
 }

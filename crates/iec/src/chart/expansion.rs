@@ -48,7 +48,7 @@ impl Draft {
     /// The first fault: a step that does not exist or exists twice, a transition without steps, no initial step, or a
     /// macro step whose entry or exit is ambiguous.
     pub fn finish(self) -> Result<Chart, Fault> {
-        let line = self.line;
+        let (line, generated) = (self.line, self.generated.clone());
         let Flat { steps, mut transitions, macros } = flat(self)?;
         if !steps.iter().any(|step| step.initial) {
             let help = "mark the step that is active at first as the initial step";
@@ -88,7 +88,7 @@ impl Draft {
                 from,
                 to,
                 condition: one.condition.clone(),
-                has_priority: one.priority.is_some(),
+                priority: one.priority,
                 line,
                 id: one.id.clone(),
             });
@@ -96,7 +96,7 @@ impl Draft {
         let mut have_priorities = vec![None; steps.len()];
         for one in &placed {
             let unlike = |step: &&usize| {
-                *have_priorities[**step].get_or_insert(one.has_priority) != one.has_priority
+                *have_priorities[**step].get_or_insert(one.has_priority()) != one.has_priority()
             };
             if let Some(&step) = one.from.iter().find(unlike) {
                 let step = &steps[step].name;
@@ -105,7 +105,7 @@ impl Draft {
                 return Err(fault(one.line, message, "give each of them a priority, or none"));
             }
         }
-        Ok(Chart { steps, transitions: placed, macros, line, span: None })
+        Ok(Chart { steps, transitions: placed, macros, line, span: None, generated })
     }
 }
 

@@ -396,7 +396,7 @@ fn over(
         from: vec![*wait],
         to: vec![*on],
         condition,
-        has_priority: false,
+        priority: None,
         line: plan.line,
         id: None,
     })

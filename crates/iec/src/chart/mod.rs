@@ -71,7 +71,7 @@ impl Chart {
     #[must_use]
     pub fn compete(&self, one: usize, other: usize) -> bool {
         let (one, other) = (&self.transitions[one], &self.transitions[other]);
-        !(one.has_priority && other.has_priority)
+        !(one.has_priority() && other.has_priority())
             && one.from.iter().any(|step| other.from.contains(step))
     }
 
@@ -86,7 +86,7 @@ impl Chart {
         }
         for (at, one) in net.transitions.iter_mut().enumerate() {
             let mut rivals = self.transitions[at].from.iter().flat_map(|&step| &of_step[step]);
-            one.shares = !self.transitions[at].has_priority
+            one.shares = !self.transitions[at].has_priority()
                 && rivals.any(|&other| other != at && !never_both(at, other));
         }
         net
@@ -99,7 +99,7 @@ impl Chart {
     pub fn net_of_any(&self) -> Net {
         let mut net = self.net();
         let early: Vec<&Transition> =
-            self.transitions.iter().filter(|one| one.has_priority).collect();
+            self.transitions.iter().filter(|one| one.has_priority()).collect();
         for (one, own) in net.transitions.iter_mut().zip(&self.transitions) {
             let beside = |two: &&&Transition| !two.from.iter().any(|step| own.from.contains(step));
             one.inhibitors

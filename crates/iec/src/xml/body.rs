@@ -4,6 +4,7 @@
 use super::checked::{checked, single};
 use super::condition::{of_body, of_transition};
 use super::drawn::{drawing, leads_to_something};
+use super::generated_order::{Connections, Drawn, of_steps};
 use super::node::{
     ACTIVE, BESIDE, ELEMENTS, ENTRY, EXCLUDED, EXIT, LEAST, MOST, Text, child, children, elements,
     inputs, is, position, sources,
@@ -167,6 +168,7 @@ fn draft(
     let mut draft = Draft::new(text.line(body));
     let in_order = from_the_left(elements(body).collect());
     let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut entered: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for &node in &in_order {
         match node.tag_name().name() {
             "macroStep" if is_expanded(node) => {
@@ -203,13 +205,63 @@ fn draft(
             _ => continue,
         };
         let target = target.unwrap_or_default();
+        let mut before_it = Vec::new();
         for id in before(reading, &drawing, node, &inputs(node), Sought::Transitions)? {
             if let Some(&number) = numbers.get(id) {
                 draft.transitions[number].to.push(target.to_owned());
+                before_it.push(number);
             }
         }
+        entered.insert(node.attribute("localId").unwrap_or_default(), before_it);
+    }
+    if draft.macros.is_empty() {
+        draft.generated = steps_as_generated(body, &draft, &numbers, &entered);
     }
     Ok(draft)
+}
+
+/// The steps in the order in which generators write them. `numbers`: the transitions, by `localId`. `entered`: the
+/// transitions before each step and jump.
+fn steps_as_generated(
+    body: Node<'_, '_>,
+    draft: &Draft,
+    numbers: &BTreeMap<&str, usize>,
+    entered: &BTreeMap<&str, Vec<usize>>,
+) -> Vec<usize> {
+    let steps = draft.steps.iter().enumerate();
+    let steps: BTreeMap<&str, usize> = steps.map(|(at, step)| (step.name.as_str(), at)).collect();
+    let named = |name: Option<&str>| name.and_then(|name| steps.get(name)).copied();
+    let ids: BTreeMap<&str, usize> = elements(body)
+        .filter_map(|node| Some((node.attribute("localId")?, named(node.attribute("name"))?)))
+        .collect();
+    let before = |id: &str| entered.get(id).cloned().unwrap_or_default();
+    let mut drawn = Vec::new();
+    for node in elements(body) {
+        let id = node.attribute("localId").unwrap_or_default();
+        match node.tag_name().name() {
+            "step" | "macroStep" => drawn.extend(named(node.attribute("name")).map(Drawn::Step)),
+            "transition" => drawn.extend(numbers.get(id).copied().map(Drawn::Transition)),
+            "actionBlock" => {
+                let owners = inputs(node).into_iter().filter_map(|(owner, _)| ids.get(owner));
+                drawn.extend(owners.copied().map(Drawn::Step));
+            }
+            "jumpStep" => {
+                let target = named(node.attribute("targetName"));
+                drawn.extend(target.map(|target| Drawn::Jump(target, before(id))));
+            }
+            _ => {}
+        }
+    }
+    let ids = draft.steps.iter().map(|step| step.id.as_deref().unwrap_or_default());
+    let from = draft.transitions.iter().map(|one| &one.from);
+    let connections = Connections {
+        is_initial: draft.steps.iter().map(|step| step.initial).collect(),
+        before_step: ids.map(before).collect(),
+        before_transition: from
+            .map(|from| from.iter().filter_map(|name| named(Some(name))).collect())
+            .collect(),
+    };
+    of_steps(&drawn, &connections)
 }
 
 /// Rejects elements beside a chart that would have an effect of their own: only conditions are drawn there.

@@ -11,6 +11,7 @@ mod drawing;
 mod drawn;
 mod execute;
 mod generated;
+mod generated_order;
 mod interface;
 mod kept;
 mod limits;
