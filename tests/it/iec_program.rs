@@ -557,7 +557,7 @@ fn blocks_with_two_of_the_one_before_are_refused_once_there_are_too_many() {
     };
     // Each call stores what is handed over, the innermost one more.
     assert_eq!(bound(&nested(3)), Ok(1 + 2 + 4 + 8 + 8));
-    assert_eq!(bound(&nested(25)), Err(vec![Code::TooLarge]));
+    assert_eq!(bound(&nested(60)), Err(vec![Code::TooLarge]));
 }
 
 #[test]

@@ -12,6 +12,7 @@ use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
 use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Number, Type};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The most function block instances that one variable or program may contain.
@@ -90,20 +91,33 @@ impl<'t> Lower<'t> {
 
     /// The number of function block instances in a variable of this type, at all depths. Standard blocks do not count.
     pub(super) fn instances_of(&self, ty: TypeId) -> u64 {
+        self.count_instances(ty, &mut BTreeMap::new())
+    }
+
+    /// `counted`: the blocks that were already counted. A block that holds two of another, which holds two of a third,
+    /// and so on, is counted in linear time.
+    fn count_instances(&self, ty: TypeId, counted: &mut BTreeMap<UnitId, u64>) -> u64 {
         match self.tree.types.get(ty) {
             Typed::Block(unit) => {
-                let members = self.tree.members(*unit).into_iter();
-                let inner = members.map(|one| self.instances_of(self.tree.variable(one).ty));
+                if let Some(&count) = counted.get(unit) {
+                    return count;
+                }
                 let is_block = self.tree.unit(*unit).kind == PouKind::FunctionBlock;
-                inner.fold(u64::from(is_block), u64::saturating_add)
+                let mut count = u64::from(is_block);
+                for member in self.tree.members(*unit) {
+                    let inner = self.count_instances(self.tree.variable(member).ty, counted);
+                    count = count.saturating_add(inner);
+                }
+                counted.insert(*unit, count);
+                count
             }
             Typed::Array(dimensions, of) => {
                 let counts = dimensions.iter().map(|(low, high)| high.abs_diff(low - 1));
-                counts.fold(self.instances_of(*of), u64::saturating_mul)
+                counts.fold(self.count_instances(*of, counted), u64::saturating_mul)
             }
             Typed::Struct(id) => {
                 let parts = self.tree.types.parts(*id).iter();
-                parts.map(|(_, of)| self.instances_of(*of)).fold(0, u64::saturating_add)
+                parts.fold(0, |sum, (_, of)| sum.saturating_add(self.count_instances(*of, counted)))
             }
             _ => 0,
         }
