@@ -78,19 +78,32 @@ pub fn run(
     // The start of the longest first scan. It is computed once the simplest runs have failed.
     let mut first = Witness::default();
     let mut longest: Option<Simulated> = None;
-    for (round, some) in plans(program).chunks(AT_ONCE).enumerate() {
+    let plans = plans(program);
+    // The first run is made alone: what it takes, others must exceed.
+    let (alone, others) = plans.split_at(1);
+    for (round, some) in [alone].into_iter().chain(others.chunks(AT_ONCE)).enumerate() {
         if executed >= MAX_EXECUTED || late() || (limits.cancelled)() {
             break;
         }
         let mut some = some.to_vec();
-        if round == 1
+        if round == 2
             && let Some(start) = search.first_scan(found, &outside)
         {
             first = start;
             some.insert(0, InputPlan { before: EarlierInputs::First, waits: false });
         }
         let times = search.least;
-        let simulation = Simulation { times, outside: &outside, found, overhead, first: &first };
+        let seeks_errors = !program.errors.is_empty() && errors.may_remain();
+        let longest_so_far = longest.as_ref().and_then(Simulated::took);
+        let simulation = Simulation {
+            times,
+            outside: &outside,
+            found,
+            overhead,
+            first: &first,
+            longest_so_far,
+            seeks_errors,
+        };
         let runs: Vec<Simulated> = some.par_iter().map(|&plan| simulation.run(plan)).collect();
         executed += runs.iter().map(|run| run.executed).sum::<u64>();
         runs.iter().for_each(|run| errors.narrow(&run.errors));
@@ -124,6 +137,11 @@ struct AlwaysStopped {
 }
 
 impl AlwaysStopped {
+    /// Whether, as far as the runs so far show, some controller stops in each run.
+    fn may_remain(&self) -> bool {
+        self.left.as_ref().is_none_or(|left| !left.is_empty())
+    }
+
     /// Takes note of a further run, which ends with an operation error on the controllers with these readings.
     fn narrow(&mut self, errors: &[(Readings, Stopped)]) {
         let Some(left) = &mut self.left else {
@@ -216,6 +234,10 @@ struct Simulation<'a> {
     overhead: Picos,
     /// The start values of the longest first scan.
     first: &'a Witness,
+    /// The time of the longest scan to which earlier runs lead.
+    longest_so_far: Option<Picos>,
+    /// Whether runs that do not lead to the scan are of use, too, for the operation errors with which they end.
+    seeks_errors: bool,
 }
 
 /// A scan of a simulated run.
@@ -262,7 +284,8 @@ impl Simulation<'_> {
     }
 
     /// The run of a plan. If the run depends on readings of a standard: the shortest of its runs in these readings,
-    /// provided that all of them lead to a scan that takes at least as long as the longest scan found.
+    /// provided that all of them lead to a scan that takes at least as long as the longest scan found. Readings that
+    /// cannot lead to a longer scan than earlier runs are not tried to their end.
     fn run(&self, plan: InputPlan) -> Simulated {
         let mut shortest: Option<Simulated> = None;
         let (mut executed, mut errors) = (0, Vec::new());
@@ -276,15 +299,14 @@ impl Simulation<'_> {
             (one, run.undecided())
         };
         let mut met = BTreeSet::new();
-        let has_errors = !self.outside.program().errors.is_empty();
         in_all_readings(run, |readings, mut one| {
             met.extend(readings.keys());
-            let leads = one.last.is_some();
             errors.extend(one.errors.drain(..).map(|(_, error)| (readings.clone(), error)));
             if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
                 shortest = Some(one);
             }
-            leads || has_errors
+            let took = shortest.as_ref().and_then(Simulated::took);
+            took > self.longest_so_far || self.seeks_errors
         });
         let mut shortest = Simulated { executed, errors, ..shortest.unwrap_or_default() };
         if let Some((last, _)) = &mut shortest.last {
