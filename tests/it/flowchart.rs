@@ -106,8 +106,8 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
 
 #[test]
 fn the_bound_of_random_programs_is_the_longest_pass() {
-    on_tapes(cases(75), 120, |tape| check(tape, false));
-    on_tapes(cases(75), 120, |tape| check(tape, true));
+    on_tapes(cases(30), 120, |tape| check(tape, false));
+    on_tapes(cases(30), 120, |tape| check(tape, true));
 }
 
 /// The documents' cases.

@@ -166,17 +166,17 @@ fn check(tape: &[u16], internal: Option<u32>, tally: &Tally) -> Result<(), Strin
 #[allow(clippy::print_stdout)] // a long run's figures
 fn no_run_from_power_up_takes_longer_than_with_all_trusted() {
     let tally = Tally::default();
-    on_tapes(cases(150), 100, |tape| check(tape, None, &tally));
+    on_tapes(cases(60), 100, |tape| check(tape, None, &tally));
     let (apart, lower, reached) = (tally.apart.get(), tally.lower.get(), tally.reached.get());
     println!("{apart} with relays apart, {lower} bounds lower, {reached} reached");
-    assert!(lower > cases(150) / 20 && reached > cases(150) / 4, "{apart} {lower} {reached}");
+    assert!(lower > cases(60) / 20 && reached > cases(60) / 4, "{apart} {lower} {reached}");
 }
 
 #[test]
 fn no_run_from_power_up_takes_longer_than_with_the_programs_own_relays_trusted() {
     let tally = Tally::default();
-    on_tapes(cases(80), 100, |tape| check(tape, Some(4), &tally));
-    assert!(tally.lower.get() > cases(80) / 20, "{}", tally.lower.get());
+    on_tapes(cases(40), 100, |tape| check(tape, Some(4), &tally));
+    assert!(tally.lower.get() > cases(40) / 20, "{}", tally.lower.get());
 }
 
 /// The bound of a program with all trusted, in microseconds.

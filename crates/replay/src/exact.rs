@@ -1,6 +1,6 @@
 //! Choices of the kind [`ChoiceKind::Exact`]: executes their operations exactly and records the results.
 
-use super::free::{FreeValues, Mode};
+use super::free::Mode;
 use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
@@ -23,7 +23,7 @@ struct Accesses {
     needs_devices: bool,
 }
 
-impl<F: FreeValues> State<'_, F> {
+impl State<'_> {
     /// The value of a choice of the kind [`ChoiceKind::Exact`] that is read: executes its operation, once in each call
     /// context. `None` if the manuals do not define the result, or if the operation reads a cell that may change at any
     /// moment.

@@ -1,6 +1,5 @@
 //! Timers in real runs: whether a timer has timed out, and its present value.
 
-use super::free::FreeValues;
 use super::state::State;
 use super::timed::TimedInputs;
 use super::words::bcd;
@@ -8,7 +7,7 @@ use scanbound_base::time::Picos;
 use scanbound_ir::timers::{Expiry, TimerKind, TimerOrCounter};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, WordSource};
 
-impl<'p, F: FreeValues> State<'p, F> {
+impl<'p> State<'p> {
     /// The value of an external choice. If the choice says whether a timer has timed out, or how far it has run,
     /// `given` is corrected, or becomes unknown, where it contradicts the time that can have passed. Otherwise it is
     /// `given`.

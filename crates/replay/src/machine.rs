@@ -62,10 +62,10 @@ enum RoutineEnd {
     Scan,
 }
 
-pub(super) struct Machine<'p, F> {
+pub(super) struct Machine<'p> {
     program: &'p Program,
     times: &'p [Times],
-    state: State<'p, F>,
+    state: State<'p>,
     routines: Vec<Routine>,
     total: Picos,
     events: Vec<Event>,
@@ -80,13 +80,18 @@ pub(super) struct Machine<'p, F> {
     executed: Range<usize>,
 }
 
-impl<'p, F: FreeValues> Machine<'p, F> {
-    pub(super) fn new(program: &'p Program, times: &'p [Times], free: F, mode: Mode) -> Self {
+impl<'p> Machine<'p> {
+    pub(super) fn new(
+        program: &'p Program,
+        times: &'p [Times],
+        free: impl FreeValues + 'p,
+        mode: Mode,
+    ) -> Self {
         assert_eq!(times.len(), program.instructions.len(), "a time for every instruction");
         Machine {
             program,
             times,
-            state: State::new(program, free, mode),
+            state: State::new(program, Box::new(free), mode),
             routines: Vec::new(),
             total: Picos::ZERO,
             events: Vec::with_capacity(program.instructions.len()),
@@ -110,7 +115,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     pub(super) fn summed(
         mut self,
         most: u64,
-    ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p, F>) {
+    ) -> (Picos, u64, Option<Stopped>, Option<usize>, State<'p>) {
         self.remaining = most;
         self.state.cases = Cases::of_standard();
         let replay = self.scan();
@@ -124,7 +129,7 @@ impl<'p, F: FreeValues> Machine<'p, F> {
     }
 
     /// Makes a real run of at most `most` instructions, in one case. Returns the final state, too.
-    pub(super) fn real(mut self, most: u64, cases: Cases) -> (RealRun, State<'p, F>) {
+    pub(super) fn real(mut self, most: u64, cases: Cases) -> (RealRun, State<'p>) {
         self.remaining = most;
         self.state.cases = cases;
         (self.real_run(), self.state)

@@ -1,6 +1,5 @@
 //! The values of the cells between two consecutive scans.
 
-use super::free::FreeValues;
 use super::state::State;
 use rustc_hash::FxHashMap;
 use scanbound_ir::{Cell, Region};
@@ -28,7 +27,7 @@ pub(super) struct ScanChanges {
 
 impl ScanChanges {
     /// The changes of the memory that a scan made, from its final state.
-    pub(super) fn of<F: FreeValues>(state: &mut State<'_, F>) -> ScanChanges {
+    pub(super) fn of(state: &mut State<'_>) -> ScanChanges {
         let lost = state.lost();
         for &region in &lost {
             if let Region::Range { first, count } = region

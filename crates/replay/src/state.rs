@@ -84,9 +84,10 @@ impl CellValue {
 type ComputedChoices = BTreeMap<(Arc<[Frame]>, ChoiceId), (u16, Doubt)>;
 
 /// The state of one scan: the cells, and the frames of the current call context.
-pub(super) struct State<'p, F> {
+pub(super) struct State<'p> {
     pub(super) program: &'p Program,
-    pub(super) free: F,
+    /// Boxed, so that the interpreter is compiled once, here, and not for each source of values in the crates above.
+    pub(super) free: Box<dyn FreeValues + 'p>,
     cells: FxHashMap<Cell, CellValue>,
     /// The havocs of each area, oldest first.
     havocs: Vec<Vec<HavocRecord>>,
@@ -134,8 +135,8 @@ pub(super) struct State<'p, F> {
     pub(super) cases: Cases,
 }
 
-impl<'p, F: FreeValues> State<'p, F> {
-    pub(super) fn new(program: &'p Program, free: F, mode: Mode) -> Self {
+impl<'p> State<'p> {
+    pub(super) fn new(program: &'p Program, free: Box<dyn FreeValues + 'p>, mode: Mode) -> Self {
         let ranged = program.stated_ranges.iter().flat_map(|range| &range.cells);
         let expiries = program.timekeeping.expiries.values();
         let timers =
