@@ -461,6 +461,7 @@ pub(super) fn standing(
             | ChoiceKind::StableExternal(_)
             | ChoiceKind::Exact(_)
             | ChoiceKind::PresentValue { .. }
+            | ChoiceKind::Unreachable(_)
             | ChoiceKind::UnsignedIterations(_),
         ) => Treatment::Free,
         Some(
@@ -470,7 +471,7 @@ pub(super) fn standing(
             | ChoiceKind::Parameter
             | ChoiceKind::Reading(_),
         ) => Treatment::Zero,
-        None => Treatment::Unknown,
+        Some(ChoiceKind::AddressOf { .. }) | None => Treatment::Unknown,
     })
 }
 
@@ -663,6 +664,52 @@ mod tests {
         assert!(none.replay.total < one.replay.total && one.replay.total < all.replay.total);
         assert!(!is_hardly_longer(&all, &one));
         assert!(is_hardly_longer(&one, &one) && is_hardly_longer(&none, &all));
+    }
+
+    #[test]
+    fn a_run_follows_an_address_to_the_device_that_adrset_named() {
+        let list = "LD SM400\nADRSET D100 D0\nD+ D0 K5 D2\nBMOV @D2 D200 K50\nMOV K3 @D0\nLD= D200 K7\nAND= D100 K3\nBMOV D0 D3000 K900\nEND\n";
+        let (run, beside, upper) = both_ways(list);
+        assert_eq!((run, beside), (upper, upper));
+    }
+
+    #[test]
+    fn a_run_stops_at_an_address_that_is_not_certain() {
+        let stops = |way: &str| {
+            let list = format!("LD SM400\nADRSET D100 D0\n{way}\nLD SM400\nMOV @D2 D9\nEND\n");
+            let followed = followed(&list);
+            let least = followed.prices.least_times();
+            let limits = Limits::default();
+            let search = RunSearch { program: &followed.program, least: &least, limits };
+            search.real(&Witness::default()).unwrap().stopped.map(|stopped| stopped.reason)
+        };
+        assert_eq!(stops("D+ D0 K9 D2"), None);
+        assert_eq!(stops("DMOV D0 D2\nDINC D2"), None);
+        for way in [
+            // Beyond the data registers; the halves moved separately; not a sum; a sum of two addresses; only the low
+            // word added; written afterwards, and without ADRSET.
+            "D- D0 K101 D2",
+            "MOV D0 D2\nMOV D1 D3",
+            "DAND D0 D0 D2",
+            "D+ D0 D0 D2",
+            "DMOV D0 D2\nINC D2",
+            "DMOV D0 D2\nMOV D0 D2",
+            "DMOV K1 D2",
+        ] {
+            let reason = stops(way);
+            assert!(matches!(reason, Some(StopReason::Unknown(_))), "{way}: {reason:?}");
+        }
+    }
+
+    #[test]
+    fn what_a_module_delivers_does_not_change_within_a_run() {
+        let list = "LD M100\nBMOV D1000 D2000 K500\nLD= D100 K3\nBMOV D1000 D2000 K400\nLD X0\nZP.OPEN \"U0\" K1 D10 M100\nLD X1\nZP.BUFRCV \"U0\" K1 D50 D100 M200\nEND\n";
+        let (run, beside, upper) = both_ways(list);
+        assert_eq!((run, beside), (upper, upper));
+        // The analysis lets it change.
+        let list = "LD M100\nBMOV D1000 D2000 K500\nLDI M100\nBMOV D1000 D2000 K400\nLD X0\nZP.OPEN \"U0\" K1 D10 M100\nEND\n";
+        let (run, _, upper) = both_ways(list);
+        assert!(run < upper, "{run} {upper}");
     }
 
     #[test]

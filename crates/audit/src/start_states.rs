@@ -479,7 +479,13 @@ impl<'a> States<'a> {
             Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => {
                 Treatment::Zero
             }
-            Some(ChoiceKind::Exact(_) | ChoiceKind::Iterations(_) | ChoiceKind::Reading(_))
+            Some(
+                ChoiceKind::Exact(_)
+                | ChoiceKind::Iterations(_)
+                | ChoiceKind::Reading(_)
+                | ChoiceKind::AddressOf { .. }
+                | ChoiceKind::Unreachable(_),
+            )
             | None => Treatment::Unknown,
         })
     }
