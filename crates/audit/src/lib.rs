@@ -63,6 +63,7 @@ mod solved_bound;
 mod sources;
 mod start_states;
 mod stated;
+mod steering;
 mod stretch;
 mod table_use;
 mod tasks;

@@ -10,7 +10,7 @@ use scanbound_model::groups::{groups, unused_constraints, witness};
 use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
 use scanbound_replay::run::Outside;
-use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, real};
+use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, Trace, real, traced};
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
@@ -25,6 +25,8 @@ const LARGEST: usize = 2_000_000;
 const MAX_GATES: usize = 1_000_000;
 /// The largest number of rounds of the search for longer runs.
 const MAX_ROUNDS: usize = 400;
+/// From this number of instructions on, a program is large.
+const LARGE: usize = 10_000;
 /// The largest model, in gates, in which the longest scan after power-up is searched for separately.
 const LARGEST_FIRST: usize = 100_000;
 /// A model with more gates takes as long as a good part of the bound's search. With such models, the search goes on
@@ -55,7 +57,12 @@ pub struct RunResults {
 
 impl RunResults {
     /// The results after the first run: what it showed is added to `knowledge`.
-    fn first(program: &Program, run: RealRun, start: Witness, knowledge: Knowledge) -> RunResults {
+    pub(super) fn first(
+        program: &Program,
+        run: RealRun,
+        start: Witness,
+        knowledge: Knowledge,
+    ) -> RunResults {
         let mut found = RunResults {
             best: run,
             witness: start,
@@ -145,7 +152,10 @@ impl RunSearch<'_> {
         let run = self.real(&start)?;
         let mut found = RunResults::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
-        let goes_on = self.go_on(&mut found, None, &mut gates)?;
+        let goes_on = match self.is_large() {
+            true => self.steer(&mut found, None).map(|()| false)?,
+            false => self.go_on(&mut found, None, &mut gates)?,
+        };
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
@@ -190,8 +200,8 @@ impl RunSearch<'_> {
         found.keep_better(before, start);
         if goes_on && found.best.replay.total > early {
             self.go_on(&mut found, Some(upper), &mut gates)?;
-            self.within(&found.best, upper)?;
         }
+        self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
 
@@ -212,7 +222,10 @@ impl RunSearch<'_> {
             found.note(self.program, &mut one);
             found.keep_better(one, other.clone());
         }
-        self.go_on(&mut found, Some(upper), &mut 0)?;
+        match self.is_large() && found.best.is_possible() {
+            true => self.steer(&mut found, Some(upper))?,
+            false => _ = self.go_on(&mut found, Some(upper), &mut 0)?,
+        }
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
@@ -326,6 +339,11 @@ impl RunSearch<'_> {
         self.longest_known(&model, &summary, &mut 0).map(|(start, _)| start)
     }
 
+    /// Whether the time is over or the user ended the search.
+    pub(super) fn is_over(&self) -> bool {
+        (self.limits.cancelled)() || self.is_late()
+    }
+
     fn is_late(&self) -> bool {
         self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
     }
@@ -338,6 +356,24 @@ impl RunSearch<'_> {
         let run = real(self.program, self.least, start, MAX_INSTRUCTIONS);
         self.agrees(&run)?;
         Ok(run)
+    }
+
+    /// Makes a real run, in the first case, and records what it reads and writes.
+    pub(super) fn traced(&self, witness: &Witness) -> (RealRun, Trace) {
+        let counts = counts(self.program);
+        let start = Start { program: self.program, witness, counts: &counts, asked: None };
+        traced(self.program, self.least, start, MAX_INSTRUCTIONS)
+    }
+
+    /// Whether the program is large: a round over a model of it takes as long as many runs, and finds less.
+    pub(super) fn is_large(&self) -> bool {
+        self.program.instructions.len() >= LARGE
+    }
+
+    /// The value of a cell at the start of a real run.
+    pub(super) fn start_value(&self, witness: &Witness, cell: Cell) -> u16 {
+        let counts = counts(self.program);
+        Start { program: self.program, witness, counts: &counts, asked: None }.value(cell)
     }
 
     /// The start values that a real run reads.

@@ -31,8 +31,6 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// From this number of instructions on, a program is large.
-const LARGE: usize = 10_000;
 /// The most relays whose states are examined. With more, it is not decided which states occur.
 const MAX_RELAYS: usize = 200;
 /// The most words whose states are examined. With more, it is not decided which states occur.
@@ -133,7 +131,10 @@ pub(super) fn keep_possible(
         let part: Vec<(BitTarget, bool)> = part.iter().map(|&(at, on)| (bits[at], on)).collect();
         found = match without(&stricter, &part, &started, found)? {
             Ok(found) => found,
-            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
+            Err((found, near)) => {
+                let best = (longest, upper);
+                search_again(search, program, prices, best, RunResults { witness: near, ..found })?
+            }
         };
         if !found.best.is_possible() {
             return Ok(found);
@@ -145,10 +146,6 @@ pub(super) fn keep_possible(
 /// Whether a run is possible and at least as long as the best one.
 fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
     run.is_possible() && run.replay.total >= best.replay.total
-}
-
-fn is_large(program: &Program) -> bool {
-    program.instructions.len() >= LARGE
 }
 
 /// The same run with present values that are consistent with their flags. `presents` are these values with the
@@ -163,12 +160,12 @@ fn with_consistent(
 ) -> Result<Result<RunResults, RunResults>, String> {
     let mut witness = found.witness.clone();
     let mut run = search.real(&witness)?;
-    if run.is_possible() && !is_large(search.program) || is_as_long(&run, &found.best) {
+    if run.is_possible() && !search.is_large() || is_as_long(&run, &found.best) {
         return Ok(Ok(found));
     }
     // The values that are still to be tried of each present value.
     let mut values: Vec<Vec<u16>> = presents.iter().map(|(_, holds)| constants(holds)).collect();
-    while is_large(search.program) {
+    while search.is_large() {
         let broken = run.replay.broken_invariants.iter();
         let broken: Vec<usize> = broken.filter_map(|one| one.checked_sub(first)).collect();
         if broken.is_empty() {
@@ -194,14 +191,15 @@ fn with_consistent(
 
 /// The same run from a start state in which one of these bits has another value. `started` are the start values that
 /// the run read. `Err` with the run as it was if each such scan is impossible or shorter, or if the program is not
-/// large: there nothing is tried.
+/// large; with it the start of the longest of these scans.
 fn without(
     search: &RunSearch<'_>,
     part: &[(BitTarget, bool)],
     started: &BTreeMap<Cell, u16>,
     mut found: RunResults,
-) -> Result<Result<RunResults, RunResults>, String> {
-    for &(bit, value) in part.iter().filter(|_| is_large(search.program)) {
+) -> Result<Result<RunResults, (RunResults, Witness)>, String> {
+    let mut nearest: Option<(Picos, Witness)> = None;
+    for &(bit, value) in part {
         let cell = bit.cell();
         let before = started.get(&cell).copied().unwrap_or(0);
         let mask = match bit {
@@ -211,13 +209,18 @@ fn without(
         let mut witness = found.witness.clone();
         witness.start.insert(cell, if value { before & !mask } else { before | mask });
         let mut run = search.real(&witness)?;
-        if is_as_long(&run, &found.best) {
+        if search.is_large() && is_as_long(&run, &found.best) {
             found.note(search.program, &mut run);
             (found.best, found.witness) = (run, witness);
             return Ok(Ok(found));
         }
+        let took = run.replay.total;
+        if run.is_possible() && nearest.as_ref().is_none_or(|(longest, _)| took > *longest) {
+            nearest = Some((took, witness));
+        }
     }
-    Ok(Err(found))
+    let nearest = nearest.map_or_else(|| found.witness.clone(), |(_, witness)| witness);
+    Ok(Err((found, nearest)))
 }
 
 /// The constants with which a condition compares words, and 0.
@@ -268,7 +271,7 @@ fn search_again(
     let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
     // In a large model, the longest scan takes as long to find as two rounds of the search for real runs.
     let model =
-        (!is_large(program)).then(|| scan_model_within(program, &prices.times(), &size).ok());
+        (!others.is_large()).then(|| scan_model_within(program, &prices.times(), &size).ok());
     let first = model.flatten().and_then(|model| {
         let (assignment, _) = others.longest(&model)?;
         Some(witness(&model, &assignment))
