@@ -64,6 +64,8 @@ mod sources;
 mod start_states;
 mod stated;
 mod steering;
+#[cfg(test)]
+mod steering_tests;
 mod stretch;
 mod table_use;
 mod tasks;

@@ -5,8 +5,8 @@ use super::state::State;
 use scanbound_ir::{Cell, Number, WordSource};
 
 impl<F: FreeValues> State<'_, F> {
-    /// If the number is certainly an address: the first cell of the addressed range. It is if it is moved, or if a known
-    /// number is added or subtracted: in indirect specification, consecutive words have consecutive addresses.
+    /// If the number is certainly an address: the first cell of the addressed range. It is if it is moved, or if a
+    /// known number is added or subtracted: in indirect specification, consecutive words have consecutive addresses.
     pub(super) fn pointer(&mut self, number: &Number) -> Option<Cell> {
         if self.pointers.is_empty() {
             return None;

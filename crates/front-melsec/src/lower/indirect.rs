@@ -22,8 +22,8 @@ fn page(cells: AreaId) -> i64 {
 }
 
 impl Lowering<'_> {
-    /// The address that an indirect operand (`@D0`) means. `None` for other operands, and for those whose address is not
-    /// in two plain word devices.
+    /// The address that an indirect operand (`@D0`) means. `None` for other operands, and for those whose address is
+    /// not in two plain word devices.
     pub(super) fn indirect_address(&self, device: &Device) -> Option<Address> {
         let is_large = matches!(self.family, Family::Q | Family::L);
         let is_word = device.modifiers == Modifiers { indexed: true, ..Modifiers::default() };
@@ -46,8 +46,8 @@ impl Lowering<'_> {
         Some(Address { base: 0, terms: vec![term], ranges })
     }
 
-    /// The ranges of addresses of the devices with these letters: of data and link registers those of the default number
-    /// and those beyond.
+    /// The ranges of addresses of the devices with these letters: of data and link registers those of the default
+    /// number and those beyond.
     fn pages(&self, letters: &str) -> Vec<AddressRange> {
         let cells = area(letters);
         let range = |base: u32| {
