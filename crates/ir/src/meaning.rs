@@ -69,8 +69,8 @@ pub enum ChoiceKind {
         /// Whether a real run uses the largest number, because the timer may go on after a reset.
         goes_on: bool,
     },
-    /// The address of a cell, low word first, only for a havocked region of two words. Manuals do not say which number it
-    /// is, and the analysis lets it be any. Lower bounds use `number`: a real run does not depend on it, because the
+    /// The address of a cell, low word first, only for a havocked region of two words. Manuals do not say which number
+    /// it is, and the analysis lets it be any. Lower bounds use `number`: a real run does not depend on it, because the
     /// words are unknown except as an [`IntegerFormat::Address`].
     AddressOf {
         /// The number that stands for the address.
@@ -172,8 +172,8 @@ pub enum IntegerFormat {
     Unsigned,
     /// BCD, four digits a word; unknown if a digit is above 9.
     Bcd,
-    /// An unsigned number that certainly is an address: [`ChoiceKind::AddressOf`], moved, or with a known number added to
-    /// it or subtracted from it. It leads only to cells of the same [`AddressRange`]. Unknown otherwise.
+    /// An unsigned number that certainly is an address: [`ChoiceKind::AddressOf`], moved, or with a known number added
+    /// to it or subtracted from it. It leads only to cells of the same [`AddressRange`]. Unknown otherwise.
     Address,
 }
 

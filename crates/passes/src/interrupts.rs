@@ -134,8 +134,8 @@ impl Changing {
         }
     }
 
-    /// Replaces a source that is a cell by any value if the cell may change at any moment, or if `all` is set. In a real
-    /// run it keeps its value where nothing but the outside may change it. Returns whether it was replaced.
+    /// Replaces a source that is a cell by any value if the cell may change at any moment, or if `all` is set. In a
+    /// real run it keeps its value where nothing but the outside may change it. Returns whether it was replaced.
     fn frees(
         &self,
         source: SourceMut<'_>,
