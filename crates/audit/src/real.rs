@@ -152,10 +152,8 @@ impl RunSearch<'_> {
         let run = self.real(&start)?;
         let mut found = RunResults::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
-        let goes_on = match self.is_large() {
-            true => self.steer(&mut found, None).map(|()| false)?,
-            false => self.go_on(&mut found, None, &mut gates)?,
-        };
+        let goes_on = !(self.is_large() && self.steer(&mut found, None)?)
+            && self.go_on(&mut found, None, &mut gates)?;
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
@@ -222,9 +220,8 @@ impl RunSearch<'_> {
             found.note(self.program, &mut one);
             found.keep_better(one, other.clone());
         }
-        match self.is_large() && found.best.is_possible() {
-            true => self.steer(&mut found, Some(upper))?,
-            false => _ = self.go_on(&mut found, Some(upper), &mut 0)?,
+        if !(self.is_large() && self.steer(&mut found, Some(upper))?) {
+            self.go_on(&mut found, Some(upper), &mut 0)?;
         }
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())

@@ -131,10 +131,7 @@ pub(super) fn keep_possible(
         let part: Vec<(BitTarget, bool)> = part.iter().map(|&(at, on)| (bits[at], on)).collect();
         found = match without(&stricter, &part, &started, found)? {
             Ok(found) => found,
-            Err((found, near)) => {
-                let best = (longest, upper);
-                search_again(search, program, prices, best, RunResults { witness: near, ..found })?
-            }
+            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
         };
         if !found.best.is_possible() {
             return Ok(found);
@@ -191,15 +188,14 @@ fn with_consistent(
 
 /// The same run from a start state in which one of these bits has another value. `started` are the start values that
 /// the run read. `Err` with the run as it was if each such scan is impossible or shorter, or if the program is not
-/// large; with it the start of the longest of these scans.
+/// large: there nothing is tried.
 fn without(
     search: &RunSearch<'_>,
     part: &[(BitTarget, bool)],
     started: &BTreeMap<Cell, u16>,
     mut found: RunResults,
-) -> Result<Result<RunResults, (RunResults, Witness)>, String> {
-    let mut nearest: Option<(Picos, Witness)> = None;
-    for &(bit, value) in part {
+) -> Result<Result<RunResults, RunResults>, String> {
+    for &(bit, value) in part.iter().filter(|_| search.is_large()) {
         let cell = bit.cell();
         let before = started.get(&cell).copied().unwrap_or(0);
         let mask = match bit {
@@ -209,18 +205,13 @@ fn without(
         let mut witness = found.witness.clone();
         witness.start.insert(cell, if value { before & !mask } else { before | mask });
         let mut run = search.real(&witness)?;
-        if search.is_large() && is_as_long(&run, &found.best) {
+        if is_as_long(&run, &found.best) {
             found.note(search.program, &mut run);
             (found.best, found.witness) = (run, witness);
             return Ok(Ok(found));
         }
-        let took = run.replay.total;
-        if run.is_possible() && nearest.as_ref().is_none_or(|(longest, _)| took > *longest) {
-            nearest = Some((took, witness));
-        }
     }
-    let nearest = nearest.map_or_else(|| found.witness.clone(), |(_, witness)| witness);
-    Ok(Err((found, nearest)))
+    Ok(Err(found))
 }
 
 /// The constants with which a condition compares words, and 0.

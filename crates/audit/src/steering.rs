@@ -14,6 +14,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that all runs of one call execute, about a second of work for each million.
 const MAX_EXECUTED: usize = 3_000_000;
+/// Steering ends when the runs that executed so many instructions made the longest one less than a hundredth longer.
+const MAX_FRUITLESS: usize = 400_000;
 /// The largest number of instructions that one change of the start is meant for.
 const MAX_TARGETS: usize = 400;
 /// The largest number of steps in which a change is worked out.
@@ -75,15 +77,26 @@ enum Goal {
 
 impl RunSearch<'_> {
     /// Replaces the longest run by longer ones as long as changes of its start find them. No run may take longer than
-    /// `upper`, if that is given.
+    /// `upper`, if that is given. Returns whether the longest run has become longer by half or more.
     ///
     /// # Errors
     /// That a run contradicts the analysis.
-    pub(super) fn steer(&self, found: &mut RunResults, upper: Option<Picos>) -> Result<(), String> {
+    pub(super) fn steer(
+        &self,
+        found: &mut RunResults,
+        upper: Option<Picos>,
+    ) -> Result<bool, String> {
+        let first = found.best.replay.total.0;
+        let (mut gained, mut gained_at) = (first, 0);
         let sums = Sums::of(self.program, self.least);
         let mut tried: BTreeSet<Target> = BTreeSet::new();
         let mut executed = 0;
         while found.best.is_possible() && executed < MAX_EXECUTED && !self.is_over() {
+            if found.best.replay.total.0 > gained.saturating_add(gained / 100) {
+                (gained, gained_at) = (found.best.replay.total.0, executed);
+            } else if executed - gained_at > MAX_FRUITLESS {
+                break;
+            }
             let (run, trace) = self.traced(&found.witness);
             executed += run.replay.events.len();
             let conditions = Conditions::of(self.program, &run, &trace);
@@ -138,7 +151,7 @@ impl RunSearch<'_> {
                 count = count.div_ceil(4).min(count - 1);
             }
         }
-        Ok(())
+        Ok(found.best.replay.total.0 >= first.saturating_add(first / 2))
     }
 
     /// The witness with these changes of its start.
