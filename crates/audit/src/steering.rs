@@ -709,6 +709,13 @@ impl<'a> Conditions<'a> {
                         Some((WordSource::Bits { first, count }, Some(n))) if n < count => {
                             self.set(writer, first.plus(n.into()), 1, value & 1, &mut more, steps)
                         }
+                        Some((WordSource::Bits { first, count }, None))
+                            if mask.count_ones() == 1 && mask.trailing_zeros() < count.into() =>
+                        {
+                            let bit = first.plus(mask.trailing_zeros());
+                            let on = u16::from(value & mask != 0);
+                            self.set(writer, bit, 1, on, &mut more, steps)
+                        }
                         Some((source @ WordSource::Free(_), None)) => {
                             match self.read(writer, Source::Word(source)).and_then(|one| one.cell) {
                                 Some((from, u16::MAX)) => {

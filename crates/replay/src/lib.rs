@@ -14,6 +14,7 @@ mod memory;
 mod operation;
 mod outcome;
 mod pointers;
+mod reads;
 pub mod run;
 mod state;
 mod timed;

@@ -1,10 +1,7 @@
 //! What a real run read and wrote, instruction by instruction, for a search that changes the start of the run.
 
-use super::free::FreeValues;
-use super::state::State;
 use rustc_hash::FxHashMap;
-use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::{BitSource, Cell, ChoiceKey, Region, Source, WordSource};
+use scanbound_ir::{Cell, ChoiceKey, Region, Source};
 
 /// A value that an instruction read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,54 +47,5 @@ impl Trace {
         let before = self.havocs.partition_point(|&(at, _)| at < event);
         let lost = self.havocs[..before].iter().rev().find(|(_, region)| region.contains(cell));
         written.max(lost.map(|&(at, _)| at))
-    }
-}
-
-impl<F: FreeValues> State<'_, F> {
-    /// Begins to read a source. Returns whether the read is traced: not within an operation, nor within another read.
-    pub(super) fn begin_read(&mut self) -> bool {
-        let Some(trace) = &mut self.trace else { return false };
-        if trace.is_reading || self.reading.is_some() {
-            return false;
-        }
-        (trace.is_reading, trace.cell) = (true, None);
-        true
-    }
-
-    pub(super) fn end_read(&mut self, source: Source, value: u16) {
-        let outside = match source {
-            Source::Bit(BitSource::Free(choice)) | Source::Word(WordSource::Free(choice)) => {
-                let is_outside = self.program.kinds.get(&choice) == Some(&ChoiceKind::External);
-                let frames = || self.frames().to_vec();
-                is_outside.then(|| ChoiceKey { frames: frames(), choice, cell: None })
-            }
-            _ => None,
-        };
-        let Some(trace) = &mut self.trace else { return };
-        trace.is_reading = false;
-        let cell = trace.cell.take();
-        trace.current.push(TracedRead { source, cell, outside, value });
-    }
-
-    /// The value of a source that does not change within the scan. What an operation learns depends on the choice that
-    /// is read, and not on the cells of the source.
-    pub(super) fn stable(&mut self, source: Source) -> u16 {
-        let reading = self.reading.take();
-        let value = match source {
-            Source::Bit(bit) => self.bit(bit).into(),
-            Source::Word(word) => self.word(word),
-        };
-        if let (Some(trace), Some(Region::Range { first, count: 1 })) =
-            (&mut self.trace, source.region())
-        {
-            let mask = match source {
-                Source::Bit(BitSource::WordBit(_, bit)) => 1 << bit,
-                _ => u16::MAX,
-            };
-            trace.cell = Some((first, mask));
-        }
-        self.changing |= self.interrupting && reading.is_some();
-        self.reading = reading;
-        value
     }
 }
