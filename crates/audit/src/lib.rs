@@ -61,6 +61,7 @@ mod rung;
 mod search;
 mod solved_bound;
 mod sources;
+mod start_changes;
 mod start_states;
 mod stated;
 mod steering;

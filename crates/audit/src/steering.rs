@@ -3,11 +3,12 @@
 //! and loops are no obstacle. Each changed run is made anew; it counts only if it is longer.
 
 use super::real::{RunResults, RunSearch};
+use super::start_changes::Changes;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, ChoiceKey, Compare, Frame, Join, Logic, Number, NumberFormat,
-    Program, Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
+    BitSource, BitTarget, Cell, Compare, Frame, Join, Logic, Number, NumberFormat, Program,
+    Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
 };
 use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,13 +55,6 @@ struct Routine {
     stack: Vec<Node>,
     slots: BTreeMap<u32, Node>,
     masters: Vec<(u32, Node)>,
-}
-
-/// Changes of the start of a run: the mask and the values of the bits that change.
-#[derive(Clone, Default, PartialEq, Eq)]
-struct Changes {
-    start: BTreeMap<Cell, (u16, u16)>,
-    outside: BTreeMap<ChoiceKey, (u16, u16)>,
 }
 
 /// What a change of the start is meant for: an instruction in a call context.
@@ -167,34 +161,6 @@ impl RunSearch<'_> {
         }
         changed
     }
-}
-
-impl Changes {
-    fn is_empty(&self) -> bool {
-        self.start.is_empty() && self.outside.is_empty()
-    }
-
-    /// Adds other changes. Returns false, after which these changes are of no use, if they contradict each other.
-    fn add(&mut self, other: &Changes) -> bool {
-        let cells = other.start.iter().all(|(&cell, &(mask, value))| self.set(cell, mask, value));
-        let mut keys = other.outside.iter();
-        cells && keys.all(|(key, &(mask, value))| self.set_outside(key, mask, value))
-    }
-
-    fn set(&mut self, cell: Cell, mask: u16, value: u16) -> bool {
-        join(self.start.entry(cell).or_default(), mask, value)
-    }
-
-    fn set_outside(&mut self, key: &ChoiceKey, mask: u16, value: u16) -> bool {
-        join(self.outside.entry(key.clone()).or_default(), mask, value)
-    }
-}
-
-/// Adds wanted bits to others. Returns whether they do not contradict each other.
-fn join(held: &mut (u16, u16), mask: u16, value: u16) -> bool {
-    let agrees = (held.1 ^ value) & held.0 & mask == 0;
-    *held = (held.0 | mask, held.1 & !mask | value & mask);
-    agrees
 }
 
 /// The sums of the larger times of the instructions before each instruction.
@@ -788,17 +754,5 @@ fn mirrored(relation: Relation) -> Relation {
         Relation::Greater => Relation::Less,
         Relation::GreaterOrEqual => Relation::LessOrEqual,
         same => same,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn changes_that_contradict_each_other_are_not_joined() {
-        let cell = Cell { area: scanbound_ir::AreaId(0), index: 0 };
-        let mut one = Changes::default();
-        assert!(one.set(cell, 3, 1) && one.set(cell, 6, 4) && !one.set(cell, 4, 0));
     }
 }
