@@ -212,6 +212,7 @@ fn follow_of_choice(program: &Program, choice: ChoiceId) -> Follow {
             | ChoiceKind::PresentValue { .. }
             | ChoiceKind::ScanTicks { .. },
         ) => Follow::Outside,
+        Some(ChoiceKind::AddressOf { .. } | ChoiceKind::Unreachable(_)) => Follow::Unknown,
         None => Follow::Unknown,
     }
 }

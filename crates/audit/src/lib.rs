@@ -61,8 +61,12 @@ mod rung;
 mod search;
 mod solved_bound;
 mod sources;
+mod start_changes;
 mod start_states;
 mod stated;
+mod steering;
+#[cfg(test)]
+mod steering_tests;
 mod stretch;
 mod table_use;
 mod tasks;

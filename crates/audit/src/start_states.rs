@@ -31,8 +31,6 @@ const MAX_ROUNDS: usize = 100;
 const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
-/// From this number of instructions on, a program is large.
-const LARGE: usize = 10_000;
 /// The most relays whose states are examined. With more, it is not decided which states occur.
 const MAX_RELAYS: usize = 200;
 /// The most words whose states are examined. With more, it is not decided which states occur.
@@ -147,10 +145,6 @@ fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
     run.is_possible() && run.replay.total >= best.replay.total
 }
 
-fn is_large(program: &Program) -> bool {
-    program.instructions.len() >= LARGE
-}
-
 /// The same run with present values that are consistent with their flags. `presents` are these values with the
 /// condition on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was
 /// if the run is then impossible or shorter. In a program that is not large, other present values are not tried: if the
@@ -163,12 +157,12 @@ fn with_consistent(
 ) -> Result<Result<RunResults, RunResults>, String> {
     let mut witness = found.witness.clone();
     let mut run = search.real(&witness)?;
-    if run.is_possible() && !is_large(search.program) || is_as_long(&run, &found.best) {
+    if run.is_possible() && !search.is_large() || is_as_long(&run, &found.best) {
         return Ok(Ok(found));
     }
     // The values that are still to be tried of each present value.
     let mut values: Vec<Vec<u16>> = presents.iter().map(|(_, holds)| constants(holds)).collect();
-    while is_large(search.program) {
+    while search.is_large() {
         let broken = run.replay.broken_invariants.iter();
         let broken: Vec<usize> = broken.filter_map(|one| one.checked_sub(first)).collect();
         if broken.is_empty() {
@@ -201,7 +195,7 @@ fn without(
     started: &BTreeMap<Cell, u16>,
     mut found: RunResults,
 ) -> Result<Result<RunResults, RunResults>, String> {
-    for &(bit, value) in part.iter().filter(|_| is_large(search.program)) {
+    for &(bit, value) in part.iter().filter(|_| search.is_large()) {
         let cell = bit.cell();
         let before = started.get(&cell).copied().unwrap_or(0);
         let mask = match bit {
@@ -268,7 +262,7 @@ fn search_again(
     let size = SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &is_over };
     // In a large model, the longest scan takes as long to find as two rounds of the search for real runs.
     let model =
-        (!is_large(program)).then(|| scan_model_within(program, &prices.times(), &size).ok());
+        (!others.is_large()).then(|| scan_model_within(program, &prices.times(), &size).ok());
     let first = model.flatten().and_then(|model| {
         let (assignment, _) = others.longest(&model)?;
         Some(witness(&model, &assignment))
@@ -479,7 +473,13 @@ impl<'a> States<'a> {
             Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => {
                 Treatment::Zero
             }
-            Some(ChoiceKind::Exact(_) | ChoiceKind::Iterations(_) | ChoiceKind::Reading(_))
+            Some(
+                ChoiceKind::Exact(_)
+                | ChoiceKind::Iterations(_)
+                | ChoiceKind::Reading(_)
+                | ChoiceKind::AddressOf { .. }
+                | ChoiceKind::Unreachable(_),
+            )
             | None => Treatment::Unknown,
         })
     }

@@ -211,6 +211,8 @@ fn outside(address: &Address, shape: Shape, words: u32) -> Option<Logic> {
     }
     let bits = 16 * term.words.len();
     let (format, least, most) = match term.format {
+        // See `ChoiceKind::Unreachable`.
+        IntegerFormat::Address => return None,
         IntegerFormat::Signed => {
             (NumberFormat::Signed, -(1_i64 << (bits - 1)), (1_i64 << (bits - 1)) - 1)
         }

@@ -423,6 +423,9 @@ pub struct Program {
     /// Cells that may change at any moment, because an interrupt routine or another writer changes them: every read
     /// gives any value (`passes::interrupts`). No operation ([`ChoiceKind::Exact`]) that reads them is computed.
     pub volatile: Vec<Region>,
+    /// The part of `volatile` that something outside the program writes, such as results that a module delivers later.
+    /// In a real run, nothing is written to it from outside within the scan.
+    pub delivered: Vec<Region>,
     /// All places where the program is over-approximated.
     pub approximations: Vec<Approximation>,
     /// The names of cells that are not devices, such as the memory of an edge instruction.

@@ -38,9 +38,9 @@ pub enum ChoiceKind {
     /// The result of an operation on operands. A real run executes the operation; the analysis may let the result have
     /// any value.
     Exact(Box<Meaning>),
-    /// An external bit that does not change within a scan: the value of this cell at the start of the scan. (The
-    /// analysis lets it have any value at each read.)
-    StableExternal(Cell),
+    /// A value that something outside the program may change at any moment, but need not change within a scan. In a
+    /// real run it is the value of this source. (The analysis lets it have any value at each read.)
+    StableExternal(Source),
     /// A bit that is on if the controller does something in another way than the standard has it, the same in every
     /// scan. The number is an index into `Program::readings`. The analysis lets the bit have any value at each read. A
     /// real run is made in both ways, and the least time counts.
@@ -69,6 +69,18 @@ pub enum ChoiceKind {
         /// Whether a real run uses the largest number, because the timer may go on after a reset.
         goes_on: bool,
     },
+    /// The address of a cell, low word first, only for a havocked region of two words. Manuals do not say which number
+    /// it is, and the analysis lets it be any. Lower bounds use `number`: a real run does not depend on it, because the
+    /// words are unknown except as an [`IntegerFormat::Address`].
+    AddressOf {
+        /// The number that stands for the address.
+        number: u32,
+        /// The first cell of the [`AddressRange`] that contains the addressed cell.
+        first: Cell,
+    },
+    /// A bit that is on if the PLC does not have all cells of a list of this many words at an address: an operation
+    /// error. The analysis lets it have any value. In a real run it is off or unknown.
+    Unreachable(Box<(Address, Count)>),
     /// The number of iterations of a loop, only for the count of a `ForBegin`: the word's value, signed. For values
     /// below 1, manuals do not say whether the loop makes one iteration or none; bit 0 of the choice decides, and a
     /// lower bound uses the cheaper case. The analysis follows choices of this type too.
@@ -160,6 +172,9 @@ pub enum IntegerFormat {
     Unsigned,
     /// BCD, four digits a word; unknown if a digit is above 9.
     Bcd,
+    /// An unsigned number that certainly is an address: [`ChoiceKind::AddressOf`], moved, or with a known number added
+    /// to it or subtracted from it. It leads only to cells of the same [`AddressRange`]. Unknown otherwise.
+    Address,
 }
 
 /// Consecutive cells with consecutive addresses.
@@ -386,8 +401,8 @@ pub enum Unary {
 
 impl ChoiceKind {
     /// Calls `see` with every word that the operation of [`ChoiceKind::Exact`] reads as a word, or from which it
-    /// computes an address or a length, and with the word of a number of iterations. Bits, and the cells at computed
-    /// addresses, are omitted. Other kinds have no words.
+    /// computes an address or a length, and with the word of a number of iterations. Bits, the cells at computed
+    /// addresses, and words of the format [`IntegerFormat::Address`] are omitted. Other kinds have no words.
     pub fn each_word(&self, see: &mut dyn FnMut(WordSource)) {
         let meaning = match self {
             ChoiceKind::External
@@ -396,6 +411,8 @@ impl ChoiceKind {
             | ChoiceKind::ExtraTime
             | ChoiceKind::Parameter
             | ChoiceKind::PresentValue { .. }
+            | ChoiceKind::AddressOf { .. }
+            | ChoiceKind::Unreachable(_)
             | ChoiceKind::ScanTicks { .. } => return,
             ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => {
                 return see(*word);
@@ -418,7 +435,7 @@ impl ChoiceKind {
                     }
                 }),
                 OperationInput::Run(address, _, count) => {
-                    address.terms.iter().for_each(|term| words(&term.words));
+                    address.indices().for_each(|term| words(&term.words));
                     if let Count::Of { term, .. } = count {
                         words(&term.words);
                     }
@@ -427,7 +444,7 @@ impl ChoiceKind {
         }
         for output in &meaning.outputs {
             if let Target::Run(address, _) = output {
-                address.terms.iter().for_each(|term| words(&term.words));
+                address.indices().for_each(|term| words(&term.words));
             }
         }
     }
@@ -469,6 +486,11 @@ impl Meaning {
 }
 
 impl Address {
+    /// The terms that are not addresses themselves.
+    pub fn indices(&self) -> impl Iterator<Item = &Term> {
+        self.terms.iter().filter(|term| term.format != IntegerFormat::Address)
+    }
+
     /// An address in `count` consecutive cells. The cell `first` has number 0; the address is the number `base` plus
     /// the sum of the terms.
     #[must_use]

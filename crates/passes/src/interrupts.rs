@@ -3,10 +3,10 @@
 
 use super::pass::Pass;
 use scanbound_ir::{
-    Approximated, Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, SourceMut,
-    Step, WordSource, flow,
+    Approximated, Approximation, BitSource, Cell, ChoiceId, ChoiceKind, Program, Region, Source,
+    SourceMut, Step, WordSource, flow,
 };
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Replaces reads of cells that may change at any moment, and all reads within interrupt routines, by any values.
 pub const PASS: Pass = Pass {
@@ -22,13 +22,15 @@ pub const PASS: Pass = Pass {
 /// [`Program::volatile`].
 fn isolate(program: &mut Program) {
     let inside = reachable(program);
-    let mut regions: BTreeSet<Region> =
+    let mut unsteady: BTreeSet<Region> =
         inside.iter().flat_map(|&at| flow::written(program, at)).collect();
+    unsteady.extend(program.volatile.iter().filter(|one| !program.delivered.contains(one)));
+    let mut regions = unsteady.clone();
     regions.extend(&program.volatile);
     if inside.is_empty() && regions.is_empty() {
         return;
     }
-    let changing = Changing { inside, regions };
+    let changing = Changing { inside, regions, unsteady };
     let unsigned = changing.free_counts(program);
     changing.free_counts_inside(program, &unsigned);
     changing.free_reads(program);
@@ -44,6 +46,8 @@ struct Changing {
     inside: BTreeSet<usize>,
     /// The regions that interrupt routines write, or that may change at any moment for another reason.
     regions: BTreeSet<Region>,
+    /// Those of `regions` that may change within a scan whatever happens outside the program.
+    unsteady: BTreeSet<Region>,
 }
 
 /// A new choice of which nothing is known.
@@ -113,12 +117,12 @@ impl Changing {
     /// Replaces reads of changing cells, and all reads within interrupt routines, by any values, and records this for
     /// the scan's instructions.
     fn free_reads(&self, program: &mut Program) {
-        let choices = &mut program.choices;
+        let mut fresh = (&mut program.choices, &mut program.kinds);
         for (at, instruction) in program.instructions.iter_mut().enumerate() {
             let is_inside = self.inside.contains(&at);
             let mut taken = false;
             instruction
-                .each_read_mut(&mut |source| taken |= self.frees(source, is_inside, choices));
+                .each_read_mut(&mut |source| taken |= self.frees(source, is_inside, &mut fresh));
             if taken && !is_inside {
                 let what = Approximated::Interrupted;
                 program.approximations.push(Approximation { instruction: at, what });
@@ -126,33 +130,48 @@ impl Changing {
         }
         for (at, error) in &mut program.errors {
             let is_inside = self.inside.contains(at);
-            error.each_read_mut(&mut |source| _ = self.frees(source, is_inside, choices));
+            error.each_read_mut(&mut |source| _ = self.frees(source, is_inside, &mut fresh));
         }
     }
 
-    /// Replaces a source that is a cell by any value if the cell may change at any moment, or if `all` is set. Returns
-    /// whether it was replaced.
-    fn frees(&self, source: SourceMut<'_>, all: bool, choices: &mut u32) -> bool {
-        match source {
+    /// Replaces a source that is a cell by any value if the cell may change at any moment, or if `all` is set. In a
+    /// real run it keeps its value where nothing but the outside may change it. Returns whether it was replaced.
+    fn frees(
+        &self,
+        source: SourceMut<'_>,
+        all: bool,
+        (choices, kinds): &mut (&mut u32, &mut BTreeMap<ChoiceId, ChoiceKind>),
+    ) -> bool {
+        let (choice, before) = match source {
             SourceMut::Bit(source) => {
                 let (BitSource::Cell(cell) | BitSource::WordBit(cell, _)) = *source else {
                     return false;
                 };
-                let changes = all || self.holds(cell);
-                if changes {
-                    *source = BitSource::Free(fresh(choices));
+                if !all && !self.holds(cell) {
+                    return false;
                 }
-                changes
+                let choice = fresh(choices);
+                (choice, Source::Bit(std::mem::replace(source, BitSource::Free(choice))))
             }
             SourceMut::Word(source) => {
                 let is_memory = matches!(source, WordSource::Cell(_) | WordSource::Bits { .. });
-                let changes = is_memory && (all || self.holds_any(*source));
-                if changes {
-                    *source = WordSource::Free(fresh(choices));
+                if !is_memory || !all && !self.holds_any(*source) {
+                    return false;
                 }
-                changes
+                let choice = fresh(choices);
+                (choice, Source::Word(std::mem::replace(source, WordSource::Free(choice))))
             }
+        };
+        if !all && !self.is_unsteady(before) {
+            kinds.insert(choice, ChoiceKind::StableExternal(before));
         }
+        true
+    }
+
+    /// Whether a source may change within a scan whatever happens outside the program.
+    fn is_unsteady(&self, source: Source) -> bool {
+        let Some(Region::Range { first, count }) = source.region() else { return true };
+        (0..count).any(|n| self.unsteady.iter().any(|region| region.contains(first.plus(n))))
     }
 }
 

@@ -5,18 +5,32 @@ use super::operation::run;
 use super::state::{Doubt, State, Truth};
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput, Outcome, Read,
-    Shape, Target, Term,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, Operation, OperationInput,
+    Outcome, Read, Shape, Target, Term,
 };
 use scanbound_ir::{
-    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordTarget, Write,
+    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordSource, WordTarget, Write,
 };
 use std::collections::BTreeMap;
 
 /// The bits that an operation writes in each cell (mask) and their values.
 type Written = BTreeMap<Cell, (u16, u16)>;
 
-/// What an operation read, and whether it accessed a cell that not each PLC has.
+/// An address with its value.
+#[derive(Clone, Copy)]
+struct Place {
+    at: i64,
+    /// The first cell of the range in which the address must lie. `None`: in any range.
+    within: Option<Cell>,
+}
+
+impl Place {
+    fn plus(self, offset: i64) -> Option<Place> {
+        Some(Place { at: self.at.checked_add(offset)?, ..self })
+    }
+}
+
+/// What an operation read, and whether it accessed a cell that not each PLC has, or a cell through an address.
 #[derive(Default)]
 struct Accesses {
     reads: Vec<Read>,
@@ -34,6 +48,12 @@ impl State<'_> {
             return Some(value);
         }
         let (reads, doubt, results) = self.execute_operation(meaning);
+        if let Some(trace) = self.trace.as_mut().filter(|_| meaning.operation == Operation::Copy) {
+            trace.cell = reads.reads.last().and_then(|read| match read {
+                Read::Cell(cell, mask, _) => Some((*cell, *mask)),
+                _ => None,
+            });
+        }
         let value = results.and_then(|results| results.first()?.first().copied());
         match value {
             Some(value) => {
@@ -63,9 +83,12 @@ impl State<'_> {
             return false;
         }
         let allowed = self.declared_regions(choice);
-        for &cell in written.keys() {
-            if !allowed.iter().any(|region| region.contains(cell)) {
-                self.undeclared_writes.push((self.at, cell));
+        let is_allowed = |cell: &Cell| allowed.iter().any(|region| region.contains(*cell));
+        if let Some(&cell) = written.keys().find(|cell| !is_allowed(cell)) {
+            match meaning.outputs.iter().any(is_indirect) {
+                // The user states where such addresses lead.
+                true => self.is_excluded |= fired.value || fired.doubt.is_some(),
+                false => self.undeclared_writes.push((self.at, cell)),
             }
         }
         let writes = written.iter().map(|(&cell, &(mask, value))| (cell, mask, value)).collect();
@@ -206,13 +229,7 @@ impl State<'_> {
             }
             OperationInput::Run(address, shape, count) => {
                 let from = self.address(address)?;
-                let most = match count {
-                    Count::Exactly(count) | Count::Text(count) => *count,
-                    Count::Of { term, least, most } => {
-                        let count = u32::try_from(self.term(term)?).ok()?;
-                        (*least..=*most).contains(&count).then_some(count)?
-                    }
-                };
+                let most = self.count(count)?;
                 let is_text = matches!(count, Count::Text(_));
                 let mut list = Vec::new();
                 for n in 0..most {
@@ -227,21 +244,69 @@ impl State<'_> {
         }
     }
 
-    /// The value of an address. `None` if a term is not valid BCD or the sum is too large.
-    fn address(&mut self, address: &Address) -> Option<i64> {
-        let mut sum = address.base;
-        for term in &address.terms {
-            sum = sum.checked_add(self.term(term)?)?;
+    fn count(&mut self, count: &Count) -> Option<u32> {
+        match count {
+            Count::Exactly(count) | Count::Text(count) => Some(*count),
+            Count::Of { term, least, most } => {
+                let count = u32::try_from(self.term(term)?).ok()?;
+                (*least..=*most).contains(&count).then_some(count)
+            }
         }
-        Some(sum)
+    }
+
+    /// Whether the PLC certainly has all cells of a list of words at an address. What the address and the count depend
+    /// on counts as read.
+    pub(super) fn reaches(&mut self, address: &Address, count: &Count) -> bool {
+        let needs_devices = self.needs_devices;
+        let found = self.address(address).and_then(|from| {
+            if let Some(last) = self.count(count)?.checked_sub(1) {
+                self.cell_at(address, from)?;
+                self.cell_at(address, from.plus(last.into())?)?;
+            }
+            Some(())
+        });
+        self.needs_devices = needs_devices;
+        found.is_some()
+    }
+
+    /// The value of an address. `None` if a term is not valid BCD or certainly an address, or if the sum is too large.
+    fn address(&mut self, address: &Address) -> Option<Place> {
+        let mut place = Place { at: address.base, within: None };
+        for term in &address.terms {
+            place = place.plus(self.term(term)?)?;
+            if term.format == IntegerFormat::Address {
+                place.within = Some(self.addressed_range(term)?);
+            }
+        }
+        Some(place)
+    }
+
+    /// The first cell of the range to which an address leads. `None` if it is not certain that the term is an address.
+    fn addressed_range(&self, term: &Term) -> Option<Cell> {
+        match (self.mode, &term.words[..]) {
+            (Mode::Real, &[WordSource::Cell(low), WordSource::Cell(high)])
+                if high == low.plus(1) =>
+            {
+                self.pointers.get(&low).copied()
+            }
+            _ => None,
+        }
     }
 
     fn term(&mut self, term: &Term) -> Option<i64> {
+        let doubt = self.doubt;
         let words: Vec<u16> = term.words.iter().map(|&word| self.word(word)).collect();
         let value = match term.format {
             IntegerFormat::Signed => number(&words, true)?,
             IntegerFormat::Unsigned => number(&words, false)?,
             IntegerFormat::Bcd => bcd(&words)?,
+            IntegerFormat::Address => {
+                self.addressed_range(term)?;
+                // The number is unknown, but not the cell to which it leads.
+                self.doubt = doubt;
+                self.needs_devices = true;
+                number(&words, false)?
+            }
         };
         i64::try_from(value).ok()?.checked_mul(term.factor)
     }
@@ -251,7 +316,7 @@ impl State<'_> {
     fn element(
         &mut self,
         address: &Address,
-        from: i64,
+        from: Place,
         shape: Shape,
         n: u32,
         count: u32,
@@ -259,7 +324,7 @@ impl State<'_> {
         let cells = cells_of(shape, n, count);
         let mut word = 0;
         for (place, (offset, bit)) in cells.into_iter().enumerate() {
-            let cell = self.cell_at(address, from.checked_add(offset)?)?;
+            let cell = self.cell_at(address, from.plus(offset)?)?;
             word |= match bit {
                 None => self.read(cell),
                 Some(bit) => (self.read_masked(cell, 1 << bit) >> bit & 1) << place,
@@ -317,7 +382,7 @@ impl State<'_> {
                 for (n, &word) in result.iter().enumerate() {
                     let cells = cells_of(*shape, n as u32, count);
                     for (place, (offset, bit)) in cells.into_iter().enumerate() {
-                        let cell = self.cell_at(address, from.checked_add(offset)?)?;
+                        let cell = self.cell_at(address, from.plus(offset)?)?;
                         match bit {
                             None => add_bits(written, cell, u16::MAX, word),
                             Some(_) if self.is_bit(cell) => {
@@ -335,10 +400,13 @@ impl State<'_> {
     }
 
     /// The cell at an address. `None` if the PLC does not have it; in a run of the model, if not each PLC has it.
-    fn cell_at(&mut self, address: &Address, at: i64) -> Option<Cell> {
+    fn cell_at(&mut self, address: &Address, place: Place) -> Option<Cell> {
         let is_real = self.mode == Mode::Real;
         let (cell, is_certain) = address.ranges.iter().find_map(|range| {
-            let offset = u32::try_from(at.checked_sub(range.from)?).ok()?;
+            if place.within.is_some_and(|first| first != range.first) {
+                return None;
+            }
+            let offset = u32::try_from(place.at.checked_sub(range.from)?).ok()?;
             let is_certain = offset < range.count;
             let exists = is_certain || is_real && offset < range.chosen;
             exists.then(|| (range.first.plus(offset), is_certain))
@@ -365,6 +433,16 @@ fn cells_of(shape: Shape, n: u32, count: u32) -> Vec<(i64, Option<u8>)> {
             let bits = if n + 1 == count { u32::from(last) } else { 16 };
             (0..bits).map(|bit| (i64::from(16 * n + bit), Some(0))).collect()
         }
+    }
+}
+
+/// Whether a result is written through an address that words hold.
+fn is_indirect(target: &Target) -> bool {
+    match target {
+        Target::Run(address, _) => {
+            address.terms.iter().any(|term| term.format == IntegerFormat::Address)
+        }
+        Target::Words(_) | Target::Bits(_) | Target::Nowhere => false,
     }
 }
 

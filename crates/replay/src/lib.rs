@@ -13,9 +13,12 @@ mod machine;
 mod memory;
 mod operation;
 mod outcome;
+mod pointers;
+mod reads;
 pub mod run;
 mod state;
 mod timed;
+mod trace;
 mod words;
 
 #[cfg(test)]
@@ -28,6 +31,7 @@ mod value_tests;
 pub use cases::{Readings, in_all_readings};
 pub use free::FreeValues;
 pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
+pub use trace::{Trace, TracedRead};
 
 use cases::Cases;
 use free::Mode;
@@ -92,6 +96,18 @@ pub fn real<F: FreeValues>(
     });
     let best = best.expect("there is a case");
     RealRun { learned, readings, needed_devices: needed, ..best }
+}
+
+/// Makes one real run of at most `most` instructions, and records what it reads and writes. If there are several cases
+/// ([`real`]), it is the first one.
+#[must_use]
+pub fn traced(
+    program: &Program,
+    times: &[Times],
+    free: impl FreeValues,
+    most: u64,
+) -> (RealRun, Trace) {
+    machine::Machine::new(program, times, free, Mode::Real).traced(most)
 }
 
 /// Runs one scan of the program on the witness's values. An operation is executed where the analysis computed it

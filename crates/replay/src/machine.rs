@@ -1,9 +1,10 @@
 //! The control flow of one scan: stack, slots, master control regions, loops, calls and the order of the routines.
 
-use super::cases::Cases;
+use super::cases::{Cases, Readings};
 use super::free::{FreeValues, Mode};
 use super::outcome::{Event, RealRun, Replay, StopReason, Stopped};
 use super::state::{Doubt, State, Truth};
+use super::trace::Trace;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge};
 use scanbound_ir::{
@@ -135,6 +136,15 @@ impl<'p> Machine<'p> {
         (self.real_run(), self.state)
     }
 
+    /// As [`Self::real`] in the first case. Also returns what the run read and wrote.
+    pub(super) fn traced(mut self, most: u64) -> (RealRun, Trace) {
+        self.remaining = most;
+        self.state.cases = Cases::of_scan(Readings::new());
+        self.state.trace = Some(Box::default());
+        let run = self.real_run();
+        (run, self.state.trace.take().map_or_else(Trace::default, |trace| *trace))
+    }
+
     fn real_run(&mut self) -> RealRun {
         let replay = self.scan();
         let undeclared_writes = std::mem::take(&mut self.state.undeclared_writes);
@@ -259,6 +269,10 @@ impl<'p> Machine<'p> {
         self.remaining -= 1;
         self.state.at = at;
         self.state.now = self.total;
+        if let Some(trace) = &mut self.state.trace {
+            trace.event = self.events.len();
+            trace.current.clear();
+        }
         let instruction = &self.program.instructions[at];
         let condition = self.condition(&instruction.step);
         self.state.condition = condition;
@@ -308,6 +322,13 @@ impl<'p> Machine<'p> {
         };
         self.charge(at, (has_fired, fired.doubt.is_some()), cost);
         self.change(instruction, condition, fired);
+        if let Some(trace) = &mut self.state.trace {
+            let reads = std::mem::take(&mut trace.current);
+            trace.reads.push(reads);
+        }
+        if self.state.is_excluded {
+            return self.stop(at, StopReason::Excluded);
+        }
         let decides =
             matches!(instruction.step, Step::Jump { .. } | Step::Call { .. } | Step::Stop { .. });
         if let (true, Some(cause)) = (decides, fired.doubt) {

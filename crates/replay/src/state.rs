@@ -2,12 +2,13 @@
 
 use super::cases::Cases;
 use super::free::{FreeValues, Mode};
+use super::trace::Trace;
 use rustc_hash::FxHashMap;
 use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
 use scanbound_ir::{
     AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic,
-    Number, NumberFormat, Program, Region, Relation, Resolution, StartRange, WordSource,
+    Number, NumberFormat, Program, Region, Relation, Resolution, Source, StartRange, WordSource,
     WordTarget, Write,
 };
 use std::cmp::Ordering;
@@ -107,8 +108,11 @@ pub(super) struct State<'p> {
     pub(super) reading: Option<Vec<Read>>,
     /// Whether anything that the operation has read may change at any moment.
     pub(super) changing: bool,
-    /// Whether the current operation has accessed a cell that not each PLC has.
+    /// Whether the current operation has accessed a cell that not each PLC has, or a cell through an address.
     pub(super) needs_devices: bool,
+    /// The two words that certainly hold an address, by their low word: the first cell of the addressed range
+    /// ([`ChoiceKind::AddressOf`]).
+    pub(super) pointers: FxHashMap<Cell, Cell>,
     /// The number of devices of each area that each PLC has that can run the program.
     certain_devices: Vec<u32>,
     /// For each area of which the run accessed more devices than each PLC has: how many it needs.
@@ -117,6 +121,8 @@ pub(super) struct State<'p> {
     pub(super) known: ComputedChoices,
     /// The results of operations: the ones that this real run has computed, or the ones that a run of the model uses.
     pub(super) learned: Knowledge,
+    /// Whether an operation wrote through an address where the user states that none leads.
+    pub(super) is_excluded: bool,
     /// Writes of operations to cells that their effects do not declare.
     pub(super) undeclared_writes: Vec<(usize, Cell)>,
     /// Time since the scan began.
@@ -133,6 +139,8 @@ pub(super) struct State<'p> {
     pub(super) changes: u64,
     /// Which way a real run takes at points that are left open.
     pub(super) cases: Cases,
+    /// What the run has read and written so far, if it is traced.
+    pub(super) trace: Option<Box<Trace>>,
 }
 
 impl<'p> State<'p> {
@@ -156,6 +164,7 @@ impl<'p> State<'p> {
             reading: None,
             changing: false,
             needs_devices: false,
+            pointers: FxHashMap::default(),
             certain_devices: {
                 let mut all = vec![u32::MAX; program.areas.len()];
                 for (area, &count) in &program.certain_devices {
@@ -166,6 +175,7 @@ impl<'p> State<'p> {
             needed: BTreeMap::new(),
             known: ComputedChoices::new(),
             learned: Knowledge::new(),
+            is_excluded: false,
             undeclared_writes: Vec::new(),
             now: Picos::ZERO,
             memories: expiries.map(|one| (one.memory, one.idle)).collect(),
@@ -176,6 +186,7 @@ impl<'p> State<'p> {
             },
             changes: 0,
             cases: Cases::default(),
+            trace: None,
         }
     }
 
@@ -225,7 +236,7 @@ impl<'p> State<'p> {
                 }
                 self.expiry(choice, given)
             }
-            Some(&ChoiceKind::StableExternal(cell)) => self.read(cell),
+            Some(&ChoiceKind::StableExternal(source)) => self.stable(source),
             Some(&ChoiceKind::Reading(number)) => match self.cases.reading(number, self.at) {
                 Some(value) => value.into(),
                 None => {
@@ -249,9 +260,21 @@ impl<'p> State<'p> {
             // A timer that starts in this scan does not time out in it, unless its set value is 0.
             Some(ChoiceKind::ScanTicks { .. } | ChoiceKind::ExtraTime | ChoiceKind::Parameter) => 0,
             // Such a choice is asked for only as the count of a loop.
-            None | Some(ChoiceKind::Iterations(_) | ChoiceKind::UnsignedIterations(_)) => {
+            None
+            | Some(
+                ChoiceKind::Iterations(_)
+                | ChoiceKind::UnsignedIterations(_)
+                | ChoiceKind::AddressOf { .. },
+            ) => {
                 self.doubt = self.doubt.or(Some(self.at));
                 self.free.choice(&key, kind)
+            }
+            Some(ChoiceKind::Unreachable(list)) => {
+                let (address, count) = &**list;
+                if !self.reaches(address, count) {
+                    self.doubt = self.doubt.or(Some(self.at));
+                }
+                0
             }
             Some(ChoiceKind::Exact(meaning)) => match self.value_of(choice, meaning) {
                 Some(value) => value,
@@ -319,6 +342,9 @@ impl<'p> State<'p> {
                 let unseen = self.free.outside_is_unknown().then_some(self.at);
                 let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt.or(unseen));
                 let key = ChoiceKey { frames, choice: havoc.choice, cell: Some(cell) };
+                if let (Some(trace), None) = (&mut self.trace, doubt) {
+                    trace.delivered.insert(cell, key.clone());
+                }
                 (self.free.choice(&key, kind), doubt, u16::MAX)
             }
             (None, Some(held)) => (held.value, held.doubt(), held.unknown),
@@ -396,6 +422,15 @@ impl<'p> State<'p> {
         if fired.doubt.is_none() && !fired.value {
             return;
         }
+        if let Some(trace) = &mut self.trace {
+            trace.writes.entry(cell).or_default().push(trace.event);
+        }
+        if !self.pointers.is_empty() {
+            self.pointers.remove(&cell);
+            if let Some(index) = cell.index.checked_sub(1) {
+                self.pointers.remove(&Cell { index, ..cell });
+            }
+        }
         if fired.doubt.is_none() && mask == u16::MAX {
             self.hold(cell, value, doubt, u16::MAX);
             return;
@@ -420,15 +455,29 @@ impl<'p> State<'p> {
     }
 
     pub(super) fn bit(&mut self, source: BitSource) -> bool {
-        match source {
+        let is_traced = self.begin_read();
+        let value = match source {
             BitSource::Const(value) => value,
             BitSource::Cell(cell) => self.read_bit(cell),
             BitSource::WordBit(cell, bit) => self.read_masked(cell, 1 << bit) >> bit & 1 == 1,
             BitSource::Free(choice) => self.choose_bit(choice),
+        };
+        if is_traced {
+            self.end_read(Source::Bit(source), value.into());
         }
+        value
     }
 
     pub(super) fn word(&mut self, source: WordSource) -> u16 {
+        let is_traced = self.begin_read();
+        let value = self.word_of(source);
+        if is_traced {
+            self.end_read(Source::Word(source), value);
+        }
+        value
+    }
+
+    fn word_of(&mut self, source: WordSource) -> u16 {
         match source {
             WordSource::Const(value) => value,
             WordSource::Cell(cell) => self.read(cell),
@@ -516,11 +565,18 @@ impl<'p> State<'p> {
                 self.put_bit(*target, value, fired);
             }
             Write::Words(targets, number) => {
+                let pointer = self.pointer(number).filter(|_| fired == Truth::TRUE);
                 let outer = self.doubt.take();
                 let words = self.number(number);
                 let doubt = std::mem::replace(&mut self.doubt, outer);
                 for (target, word) in targets.iter().zip(words) {
                     self.put_word(*target, word, doubt, fired);
+                }
+                if let (Some(pointer), &[WordTarget::Cell(low), WordTarget::Cell(high)]) =
+                    (pointer, &targets[..])
+                    && high == low.plus(1)
+                {
+                    self.pointers.insert(low, pointer);
                 }
             }
             Write::Havoc(region, choice) => self.havoc(*region, *choice, fired),
@@ -559,6 +615,21 @@ impl<'p> State<'p> {
     /// outside.
     pub(super) fn havoc(&mut self, region: Region, choice: ChoiceId, fired: Truth) {
         self.changes += 1;
+        if let (Mode::Real, Region::Range { first: low, count: 2 }) = (self.mode, region)
+            && let Some(&ChoiceKind::AddressOf { number, first }) = self.program.kinds.get(&choice)
+        {
+            let doubt = fired.doubt.or(Some(self.at));
+            self.write_bits(low, u16::MAX, number as u16, doubt, fired);
+            self.write_bits(low.plus(1), u16::MAX, (number >> 16) as u16, doubt, fired);
+            if fired == Truth::TRUE {
+                self.pointers.insert(low, first);
+            }
+            return;
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.havocs.push((trace.event, region));
+        }
+        self.pointers.retain(|low, _| !region.contains(*low) && !region.contains(low.plus(1)));
         let world = self.program.kinds.get(&choice) == Some(&ChoiceKind::External);
         let doubt = match self.mode {
             Mode::Model => None,

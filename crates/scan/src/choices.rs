@@ -8,7 +8,10 @@ use super::settings::Purpose;
 use super::word::Word;
 use scanbound_ir::meaning::{ChoiceKind, Observation, Operation, OperationInput, Outcome, Read};
 use scanbound_ir::timers::Expiry;
-use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, Logic, Relation, WordSource, WordTarget};
+use scanbound_ir::{
+    AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Relation, Source, WordSource, WordTarget,
+    Write,
+};
 use scanbound_model::Lit;
 
 impl Run<'_> {
@@ -66,17 +69,17 @@ impl Run<'_> {
     }
 
     /// The literal of a choice that instruction `at` reads as a bit: computed, or observed in a real run, where that is
-    /// known; otherwise free. For lower bounds, a [`ChoiceKind::StableExternal`] is its cell, and for timers see
+    /// known; otherwise free. For lower bounds, a [`ChoiceKind::StableExternal`] is its source, and for timers see
     /// `expired`.
     pub(super) fn bit_choice(&mut self, choice: ChoiceId, at: usize) -> Lit {
         let program = self.program;
         if let Some(word) = self.computed_value(choice, at) {
             return self.memory.words.bits(&mut self.memory.model.circuit, word)[0];
         }
-        if let (Some(&ChoiceKind::StableExternal(cell)), Purpose::LowerBound) =
+        if let (Some(&ChoiceKind::StableExternal(Source::Bit(bit))), Purpose::LowerBound) =
             (program.kinds.get(&choice), self.purpose)
         {
-            return self.memory.read_bit(cell);
+            return self.logic(&Logic::Bit(bit), Lit::TRUE, at);
         }
         if let (Some(expiry), Purpose::LowerBound) =
             (program.timekeeping.expiries.get(&choice), self.purpose)
@@ -111,6 +114,11 @@ impl Run<'_> {
             Some(ChoiceKind::Iterations(word)) => Some(*word),
             _ => None,
         };
+        if let (Some(&ChoiceKind::StableExternal(Source::Word(word))), Purpose::LowerBound) =
+            (program.kinds.get(&choice), self.purpose)
+        {
+            return self.word(word, at);
+        }
         if let (Some(&ChoiceKind::PresentValue { contact, setting }), Purpose::LowerBound) =
             (program.kinds.get(&choice), self.purpose)
         {
@@ -284,12 +292,26 @@ impl Run<'_> {
         self.memory.words.of_bits(&self.memory.model.circuit, bits)
     }
 
-    /// Writes the computed or observed results of a choice's operation in place of its havoc. Returns the part of
+    /// Writes the computed or observed results of a choice's operation in place of its havoc; for lower bounds also the
+    /// number that stands for an address. Returns the part of
     /// `guard` under which nothing is known, so that the havoc remains necessary. An instruction's results are written
     /// only once.
     pub(super) fn write_observed(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if guard == Lit::FALSE {
             return guard;
+        }
+        if let (Some(&ChoiceKind::AddressOf { number, .. }), Purpose::LowerBound) =
+            (self.program.kinds.get(&choice), self.purpose)
+        {
+            for effect in &self.program.instructions[at].effects {
+                if let Write::Havoc(Region::Range { first, count: 2 }, own) = effect.write
+                    && own == choice
+                {
+                    self.write_known(first, u16::MAX, number as u16, guard);
+                    self.write_known(first.plus(1), u16::MAX, (number >> 16) as u16, guard);
+                    return Lit::FALSE;
+                }
+            }
         }
         let same = |&&(own, under, _): &&(ChoiceId, Lit, Lit)| own == choice && under == guard;
         if let Some(&(_, _, rest)) = self.known.written.iter().find(same) {

@@ -486,7 +486,8 @@ impl<'p> Run<'p> {
         let is_signed = match term.format {
             IntegerFormat::Signed => true,
             IntegerFormat::Unsigned => false,
-            IntegerFormat::Bcd => return None,
+            IntegerFormat::Address if self.purpose == Purpose::LowerBound => false,
+            IntegerFormat::Bcd | IntegerFormat::Address => return None,
         };
         let numbers = self.numbers(&term.words, is_signed, most, at)?;
         numbers.into_iter().map(|(holds, n)| Some((holds, n.checked_mul(term.factor)?))).collect()

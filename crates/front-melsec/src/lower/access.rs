@@ -4,6 +4,7 @@ use super::state::Lowering;
 use crate::memory::{DeviceType, FUNCTION_WORDS, Family, area, has_own_clock, kind};
 use crate::operand::{Device, HOW_TO_WRITE, Operand, Place};
 use scanbound_base::code::Code;
+use scanbound_ir::meaning::{Address, Count, Meaning, OperationInput, Shape};
 use scanbound_ir::{
     AreaId, BitSource, BitTarget, Cell, ChoiceId, Logic, Number, Region, WordSource, WordTarget,
 };
@@ -353,6 +354,14 @@ impl Lowering<'_> {
         }
         if let Some(found) = device.and_then(|device| self.indexed_words(&device, words)) {
             return found;
+        }
+        if let Some(address) = device.and_then(|device| self.indirect_address(&device)) {
+            let one = |n: i64| {
+                let address = Address { base: address.base + n, ..address.clone() };
+                Meaning::of(OperationInput::Run(address, Shape::Cells, Count::Exactly(1)))
+            };
+            let all = (0..words as i64).map(|n| WordSource::Free(self.define(one(n))));
+            return all.collect();
         }
         (0..words).map(|at| self.register_word(device, at)).collect()
     }

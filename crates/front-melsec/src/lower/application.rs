@@ -96,7 +96,10 @@ impl Lowering<'_> {
                 (InstructionEffect::HavocAnytime, Region::Everything) => {
                     self.out.program.external.push(region);
                 }
-                (InstructionEffect::HavocAnytime, _) => self.out.program.volatile.push(region),
+                (InstructionEffect::HavocAnytime, _) => {
+                    self.out.program.volatile.push(region);
+                    self.out.program.delivered.push(region);
+                }
                 _ => {}
             }
             self.approximate(format!(
@@ -139,12 +142,12 @@ impl Lowering<'_> {
             }
             InstructionEffect::HavocAnytime => {
                 let effects = self.havoc_all(raw, entry, When::Fired);
-                self.out.program.volatile.extend(effects.iter().filter_map(|effect| {
-                    match effect.write {
-                        Write::Havoc(region, _) => Some(region),
-                        _ => None,
+                for effect in &effects {
+                    if let Write::Havoc(region, _) = effect.write {
+                        self.out.program.volatile.push(region);
+                        self.out.program.delivered.push(region);
                     }
-                }));
+                }
                 return Some(effects);
             }
             InstructionEffect::Copy | InstructionEffect::Fill => self.copy(raw, entry)?,

@@ -13,7 +13,7 @@ use scanbound_ir::meaning::{
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
     AreaId, BitSource, Cell, ChoiceId, Compare, Effect, IndexedWrite, Length, Logic, Number,
-    NumberFormat, Relation, When, WordSource, Write,
+    NumberFormat, Relation, Source, When, WordSource, Write,
 };
 
 impl Lowering<'_> {
@@ -203,6 +203,10 @@ impl Lowering<'_> {
             if self.family == Family::Fx && words > 1 {
                 return None;
             }
+            if let Some(address) = self.indirect_address(&device) {
+                let outputs = vec![Target::Run(address, Shape::Cells)];
+                return Some(Meaning { operation: Operation::Copy, inputs: vec![input], outputs });
+            }
             let address = self.indexed(&device, 0)?;
             let shape = match (device.place, device.index?.bit) {
                 (Place::IndexedDigits(DeviceType::Bit(_), digits), _)
@@ -341,7 +345,10 @@ impl Lowering<'_> {
         };
         let choice = is_clock.then(|| self.choice())?;
         let cell = Cell { area: area(device.name), index };
-        self.out.program.kinds.insert(choice, ChoiceKind::StableExternal(cell));
+        self.out
+            .program
+            .kinds
+            .insert(choice, ChoiceKind::StableExternal(Source::Bit(BitSource::Cell(cell))));
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
@@ -373,6 +380,12 @@ impl Lowering<'_> {
         self.current.quiet = true;
         let meaning = self.meaning(raw, entry);
         self.current.quiet = false;
+        if let ("ADRSET", [Effect { write: Write::Havoc(_, choice), .. }]) =
+            (&*entry.mnemonic, &*effects)
+            && let Some(address) = self.address_of(&raw.operands[0])
+        {
+            self.out.program.kinds.insert(*choice, address);
+        }
         if entry.class == "module" && self.reads_module(raw, entry) {
             for effect in effects.iter() {
                 if let Write::Havoc(_, choice) = effect.write {
@@ -396,6 +409,9 @@ impl Lowering<'_> {
         if let Place::Indexed(DeviceType::Word(_), false) = device.place {
             let is_wide = self.family == Family::Fx && words > 1;
             return Some(Target::Run(self.indexed(&device, 0).filter(|_| !is_wide)?, Shape::Cells));
+        }
+        if let Some(address) = self.indirect_address(&device) {
+            return Some(Target::Run(address, Shape::Cells));
         }
         match self.word_place(text, words)? {
             super::access::WordPlace::All(targets) => Some(Target::Words(targets)),

@@ -7,9 +7,11 @@ use crate::memory::{DeviceType, Family};
 use crate::operand::{Device, Operand, Place};
 use crate::source::RawInstruction;
 use scanbound_ir::errors::{is_above, is_below, is_invalid_bcd, is_outside, is_zero};
-use scanbound_ir::meaning::{Meaning, Operation, OperationInput as Input, Unary};
+use scanbound_ir::meaning::{
+    ChoiceKind, Count, IntegerFormat, Meaning, Operation, OperationInput as Input, Term, Unary,
+};
 use scanbound_ir::{
-    Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
+    BitSource, Compare, Logic, Number, NumberFormat, Program, Relation, Step, WordSource, flow,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -137,8 +139,7 @@ impl Lowering<'_> {
     ) -> Option<Logic> {
         let Ok(Operand::Device(device)) = self.parsed(text) else { return None };
         if let Place::Indirect = device.place {
-            // Whether the words hold a valid address is unknown.
-            return Some(self.free_bit());
+            return Some(self.indirect_error(raw, entry, &device, extent));
         }
         let (Extent::Words(amount) | Extent::Devices(amount) | Extent::Bits(amount)) = extent
         else {
@@ -175,6 +176,42 @@ impl Lowering<'_> {
                 Some(Logic::Compare(Box::new(Compare { relation, format, left, right })))
             }
         }
+    }
+
+    /// The bit that says whether a block at an indirect address exceeds its area. It may have any value if that is not
+    /// modelled.
+    fn indirect_error(
+        &mut self,
+        raw: &RawInstruction,
+        entry: &Entry,
+        device: &Device,
+        extent: Extent,
+    ) -> Logic {
+        let count = match extent {
+            Extent::Words(Amount::Fixed(words)) => Some(Count::Exactly(words)),
+            Extent::Words(Amount::Counted { unit, operand }) => {
+                match self.constant(&raw.operands[operand]) {
+                    Some(count) => u32::try_from(count)
+                        .ok()
+                        .and_then(|count| count.checked_mul(unit))
+                        .map(Count::Exactly),
+                    None => self.count_words(raw, entry, operand).map(|words| Count::Of {
+                        term: Term { words, factor: unit.into(), format: IntegerFormat::Unsigned },
+                        least: 0,
+                        most: u32::MAX,
+                    }),
+                }
+            }
+            _ => None,
+        };
+        let bit = self.free_bit();
+        if let (Logic::Bit(BitSource::Free(choice)), Some(count), Some(address)) =
+            (&bit, count, self.indirect_address(device))
+        {
+            let list = Box::new((address, count));
+            self.out.program.kinds.insert(*choice, ChoiceKind::Unreachable(list));
+        }
+        bit
     }
 
     /// Records an operation error at each loop and call that is nested too deeply. Does nothing if the CPU continues

@@ -537,6 +537,9 @@ impl Lowering<'_> {
             let is_wide = self.family == Family::Fx && unit > 1;
             return self.indexed(&device, 0).filter(|_| !is_wide);
         }
+        if let Some(address) = self.indirect_address(&device) {
+            return Some(address);
+        }
         let &[WordSource::Cell(cell)] = &self.cells(text, 1)?[..] else { return None };
         self.device_address((cell.area, device.name), i64::from(cell.index), Vec::new())
     }

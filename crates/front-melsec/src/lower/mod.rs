@@ -12,6 +12,7 @@ mod devices;
 mod edges;
 mod errors;
 mod finish;
+mod indirect;
 mod labels;
 mod meaning;
 mod modes;

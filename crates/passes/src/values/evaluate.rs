@@ -308,7 +308,7 @@ impl Evaluation<'_> {
             let is_signed = match term.format {
                 IntegerFormat::Signed => true,
                 IntegerFormat::Unsigned => false,
-                IntegerFormat::Bcd => return None,
+                IntegerFormat::Bcd | IntegerFormat::Address => return None,
             };
             let number =
                 Integers::read(&words, is_signed)?.multiply(&Integers::constant(term.factor))?;

@@ -242,7 +242,7 @@ impl Slice<'_> {
 
     /// Collects the index of an address, and the next words after its base that the program writes.
     fn address(&mut self, address: &Address) {
-        address.terms.iter().for_each(|term| self.term(term));
+        address.indices().for_each(|term| self.term(term));
         let stretch = address.ranges.iter().find(|stretch| {
             (stretch.from..stretch.from + i64::from(stretch.count)).contains(&address.base)
         });

@@ -1,0 +1,56 @@
+//! Changes of the start of a run, as far as they do not contradict each other.
+
+use scanbound_ir::{Cell, ChoiceKey};
+use std::collections::BTreeMap;
+
+/// Changes of the start of a run: the mask and the values of the bits that change.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub(super) struct Changes {
+    /// Of cells at the start of the scan.
+    pub(super) start: BTreeMap<Cell, (u16, u16)>,
+    /// Of values that come from outside the program.
+    pub(super) outside: BTreeMap<ChoiceKey, (u16, u16)>,
+}
+
+impl Changes {
+    /// Whether nothing changes.
+    pub(super) fn is_empty(&self) -> bool {
+        self.start.is_empty() && self.outside.is_empty()
+    }
+
+    /// Adds other changes. Returns false, after which these changes are of no use, if they contradict each other.
+    pub(super) fn add(&mut self, other: &Changes) -> bool {
+        let cells = other.start.iter().all(|(&cell, &(mask, value))| self.set(cell, mask, value));
+        let mut keys = other.outside.iter();
+        cells && keys.all(|(key, &(mask, value))| self.set_outside(key, mask, value))
+    }
+
+    /// Adds bits of a cell. Returns false if they contradict these changes.
+    pub(super) fn set(&mut self, cell: Cell, mask: u16, value: u16) -> bool {
+        join(self.start.entry(cell).or_default(), mask, value)
+    }
+
+    /// As [`Self::set`], for a value from outside.
+    pub(super) fn set_outside(&mut self, key: &ChoiceKey, mask: u16, value: u16) -> bool {
+        join(self.outside.entry(key.clone()).or_default(), mask, value)
+    }
+}
+
+/// Adds wanted bits to others. Returns whether they do not contradict each other.
+fn join(held: &mut (u16, u16), mask: u16, value: u16) -> bool {
+    let agrees = (held.1 ^ value) & held.0 & mask == 0;
+    *held = (held.0 | mask, held.1 & !mask | value & mask);
+    agrees
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_that_contradict_each_other_are_not_joined() {
+        let cell = Cell { area: scanbound_ir::AreaId(0), index: 0 };
+        let mut one = Changes::default();
+        assert!(one.set(cell, 3, 1) && one.set(cell, 6, 4) && !one.set(cell, 4, 0));
+    }
+}

@@ -1,0 +1,758 @@
+//! Makes the longest real run longer: changes its start so that expensive instructions fire that did not, and so that
+//! it no longer reaches what stopped it. The changes follow from what the run read and wrote, so that indices, pointers
+//! and loops are no obstacle. Each changed run is made anew; it counts only if it is longer.
+
+use super::real::{RunResults, RunSearch};
+use super::start_changes::Changes;
+use scanbound_base::time::{Picos, Times};
+use scanbound_ir::meaning::ChoiceKind;
+use scanbound_ir::{
+    BitSource, BitTarget, Cell, Compare, Frame, Join, Logic, Number, NumberFormat, Program,
+    Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
+};
+use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The largest number of instructions that all runs of one call execute, about a second of work for each million.
+const MAX_EXECUTED: usize = 3_000_000;
+/// Steering ends when the runs that executed so many instructions made the longest one less than a hundredth longer.
+const MAX_FRUITLESS: usize = 400_000;
+/// The largest number of instructions that one change of the start is meant for.
+const MAX_TARGETS: usize = 400;
+/// The largest number of steps in which a change is worked out.
+const MAX_STEPS: usize = 4000;
+
+/// A condition of the run: an index into [`Conditions::nodes`].
+type Node = usize;
+/// The condition that is always true.
+const ALWAYS: Node = 0;
+
+#[derive(Clone, Copy)]
+enum Condition {
+    Always,
+    /// Whether an event fired.
+    Fired(usize),
+    And(Node, Node),
+    Or(Node, Node),
+}
+
+/// The conditions under which the instructions of a run were executed.
+struct Conditions<'a> {
+    program: &'a Program,
+    run: &'a RealRun,
+    trace: &'a Trace,
+    /// Each condition with its value in the run.
+    nodes: Vec<(Condition, bool)>,
+    /// The execution condition of each event.
+    of_events: Vec<Node>,
+    /// The execution condition of the instruction that would follow the last event in the same routine.
+    end: Node,
+}
+
+/// The stack and the slots of a routine, as the interpreter has them, with conditions in place of values.
+#[derive(Default)]
+struct Routine {
+    stack: Vec<Node>,
+    slots: BTreeMap<u32, Node>,
+    masters: Vec<(u32, Node)>,
+}
+
+/// What a change of the start is meant for: an instruction in a call context.
+type Target = (usize, Vec<Frame>);
+
+/// What an instruction shall do.
+#[derive(Clone, Copy)]
+enum Goal {
+    /// It fires, or does not.
+    Fires(bool),
+    /// This loop makes so many iterations.
+    Iterates(u16),
+}
+
+impl RunSearch<'_> {
+    /// Replaces the longest run by longer ones as long as changes of its start find them. No run may take longer than
+    /// `upper`, if that is given. Returns whether the longest run has become longer by half or more.
+    ///
+    /// # Errors
+    /// That a run contradicts the analysis.
+    pub(super) fn steer(
+        &self,
+        found: &mut RunResults,
+        upper: Option<Picos>,
+    ) -> Result<bool, String> {
+        let first = found.best.replay.total.0;
+        let (mut gained, mut gained_at) = (first, 0);
+        let sums = Sums::of(self.program, self.least);
+        let mut tried: BTreeSet<Target> = BTreeSet::new();
+        let mut executed = 0;
+        while found.best.is_possible() && executed < MAX_EXECUTED && !self.is_over() {
+            if found.best.replay.total.0 > gained.saturating_add(gained / 100) {
+                (gained, gained_at) = (found.best.replay.total.0, executed);
+            } else if executed - gained_at > MAX_FRUITLESS {
+                break;
+            }
+            let (run, trace) = self.traced(&found.witness);
+            executed += run.replay.events.len();
+            let conditions = Conditions::of(self.program, &run, &trace);
+            let mut wanted: Vec<(Target, Changes)> = Vec::new();
+            let mut all = Changes::default();
+            for (target, event, goal) in conditions.targets(self.least, &sums) {
+                if wanted.len() >= MAX_TARGETS || self.is_over() {
+                    break;
+                }
+                if tried.contains(&target) {
+                    continue;
+                }
+                let mut alone = Changes::default();
+                let mut steps = MAX_STEPS;
+                if !conditions.make(&target, event, goal, &mut alone, &mut steps)
+                    || alone.is_empty()
+                {
+                    tried.insert(target);
+                    continue;
+                }
+                let mut together = all.clone();
+                if together.add(&alone) {
+                    all = together;
+                    wanted.push((target, alone));
+                }
+            }
+            if wanted.is_empty() {
+                break;
+            }
+            // All changes together, or the first half of them, and so on.
+            let mut count = wanted.len();
+            loop {
+                let mut changes = Changes::default();
+                for (_, one) in &wanted[..count] {
+                    changes.add(one);
+                }
+                let witness = self.changed(&found.witness, &changes);
+                let mut run = self.real(&witness)?;
+                executed += run.replay.events.len();
+                if let Some(upper) = upper {
+                    self.within(&run, upper)?;
+                }
+                if run.is_possible() && run.replay.total > found.best.replay.total {
+                    found.note(self.program, &mut run);
+                    found.replace(run, witness);
+                    break;
+                }
+                if count == 1 || executed >= MAX_EXECUTED || self.is_over() {
+                    tried.insert(wanted.swap_remove(0).0);
+                    break;
+                }
+                count = count.div_ceil(4).min(count - 1);
+            }
+        }
+        Ok(found.best.replay.total.0 >= first.saturating_add(first / 2))
+    }
+
+    /// The witness with these changes of its start.
+    fn changed(&self, witness: &Witness, changes: &Changes) -> Witness {
+        let mut changed = witness.clone();
+        for (&cell, &(mask, value)) in &changes.start {
+            let before = self.start_value(witness, cell);
+            changed.start.insert(cell, before & !mask | value & mask);
+        }
+        for (key, &(mask, value)) in &changes.outside {
+            let before = witness.choices.get(key).copied().unwrap_or(0);
+            changed.choices.insert(key.clone(), before & !mask | value & mask);
+        }
+        changed
+    }
+}
+
+/// The sums of the larger times of the instructions before each instruction.
+struct Sums(Vec<u64>);
+
+impl Sums {
+    fn of(program: &Program, times: &[Times]) -> Sums {
+        let mut sums = vec![0u64];
+        for at in 0..program.instructions.len() {
+            let time = times.get(at).map_or(0, |times| times.on.max(times.off).0);
+            sums.push(sums.last().copied().unwrap_or(0).saturating_add(time));
+        }
+        Sums(sums)
+    }
+
+    fn between(&self, from: usize, to: usize) -> u64 {
+        let sum = |at: usize| self.0.get(at).copied().unwrap_or(0);
+        sum(to).saturating_sub(sum(from))
+    }
+}
+
+impl<'a> Conditions<'a> {
+    fn of(program: &'a Program, run: &'a RealRun, trace: &'a Trace) -> Conditions<'a> {
+        let nodes = vec![(Condition::Always, true)];
+        let mut found =
+            Conditions { program, run, trace, nodes, of_events: Vec::new(), end: ALWAYS };
+        let mut routines = vec![Routine::default()];
+        let starts: BTreeSet<usize> = program
+            .mains
+            .iter()
+            .map(|main| main.start)
+            .chain(program.interrupts.iter().map(|interrupt| interrupt.entry))
+            .collect();
+        for (number, event) in run.replay.events.iter().enumerate() {
+            if starts.contains(&event.instruction) {
+                routines = vec![Routine::default()];
+            }
+            let Some(routine) = routines.last_mut() else { break };
+            let step = &program.instructions[event.instruction].step;
+            let condition = found.condition(routine, step);
+            found.of_events.push(condition);
+            found.step(routine, step, number, event.fired);
+            match step {
+                Step::Call { .. } if event.fired => routines.push(Routine::default()),
+                Step::Return if routines.len() > 1 => _ = routines.pop(),
+                _ => {}
+            }
+        }
+        if let (Some(stopped), Some(routine)) = (&run.stopped, routines.last()) {
+            let step = &program.instructions[stopped.at].step;
+            found.end = found.condition(routine, step);
+        }
+        found
+    }
+
+    fn node(&mut self, condition: Condition, value: bool) -> Node {
+        self.nodes.push((condition, value));
+        self.nodes.len() - 1
+    }
+
+    fn and(&mut self, a: Node, b: Node) -> Node {
+        match (a, b) {
+            (ALWAYS, one) | (one, ALWAYS) => one,
+            _ => self.node(Condition::And(a, b), self.nodes[a].1 && self.nodes[b].1),
+        }
+    }
+
+    fn or(&mut self, a: Node, b: Node) -> Node {
+        if a == ALWAYS || b == ALWAYS {
+            return ALWAYS;
+        }
+        self.node(Condition::Or(a, b), self.nodes[a].1 || self.nodes[b].1)
+    }
+
+    fn condition(&mut self, routine: &Routine, step: &Step) -> Node {
+        let top = routine.stack.last().copied().unwrap_or(ALWAYS);
+        if !step.depends_on_master_control() {
+            return top;
+        }
+        routine.masters.iter().fold(top, |all, &(_, master)| self.and(all, master))
+    }
+
+    fn step(&mut self, routine: &mut Routine, step: &Step, event: usize, fired: bool) {
+        match step {
+            Step::Logic { join, .. } => {
+                let value = self.node(Condition::Fired(event), fired);
+                let top = match join {
+                    Join::Start => {
+                        routine.stack.clear();
+                        value
+                    }
+                    Join::Load => value,
+                    Join::And => {
+                        let before = routine.stack.pop().unwrap_or(ALWAYS);
+                        self.and(before, value)
+                    }
+                    Join::Or => {
+                        let before = routine.stack.pop().unwrap_or(ALWAYS);
+                        self.or(before, value)
+                    }
+                    Join::Replace => {
+                        routine.stack.pop();
+                        value
+                    }
+                };
+                routine.stack.push(top);
+            }
+            Step::AndBlock | Step::OrBlock => {
+                let upper = routine.stack.pop().unwrap_or(ALWAYS);
+                let lower = routine.stack.pop().unwrap_or(ALWAYS);
+                let both = match step {
+                    Step::AndBlock => self.and(lower, upper),
+                    _ => self.or(lower, upper),
+                };
+                routine.stack.push(both);
+            }
+            Step::Save(slot) => {
+                let top = routine.stack.last().copied().unwrap_or(ALWAYS);
+                routine.slots.insert(*slot, top);
+            }
+            Step::Fetch(slot) => {
+                routine.stack.pop();
+                routine.stack.push(routine.slots.get(slot).copied().unwrap_or(ALWAYS));
+            }
+            Step::MasterControlBegin { level, .. } => {
+                let master = self.node(Condition::Fired(event), fired);
+                routine.masters.push((*level, master));
+            }
+            Step::MasterControlEnd { level } => routine.masters.retain(|(open, _)| open < level),
+            _ => {}
+        }
+    }
+
+    /// The instructions that would make the run longer if they fired, did not fire, or iterated more often, the most
+    /// time first, each with its event. The instruction that stopped the run, which may have no event, comes first: the
+    /// number of events stands for its event.
+    fn targets(&self, times: &[Times], sums: &Sums) -> Vec<(Target, usize, Goal)> {
+        let mut found: Vec<(u64, Target, usize, Goal)> = Vec::new();
+        let mut seen: BTreeSet<(usize, bool)> = BTreeSet::new();
+        for (number, event) in self.run.replay.events.iter().enumerate() {
+            if event.is_uncertain {
+                continue;
+            }
+            let at = event.instruction;
+            let (on, off) = (times[at].on.0, times[at].off.0);
+            let units = times[at].per_unit.0.saturating_mul(100);
+            let step = &self.program.instructions[at].step;
+            let (gain, goal) = match step {
+                Step::Call { target, .. } if !event.fired => {
+                    let end = flow::routine_end(self.program, *target).unwrap_or(*target);
+                    (sums.between(*target, end), Goal::Fires(true))
+                }
+                Step::Jump { target, .. } if event.fired => {
+                    (sums.between(at, *target), Goal::Fires(false))
+                }
+                Step::Stop { .. } if event.fired => {
+                    (sums.between(at, usize::MAX), Goal::Fires(false))
+                }
+                Step::ForBegin { end, .. } => {
+                    let most = self.most_iterations(at);
+                    let Some(now) = self.count(number) else { continue };
+                    let more = u64::from(most.saturating_sub(now));
+                    (sums.between(at, *end).saturating_mul(more), Goal::Iterates(most))
+                }
+                Step::Act { .. } if !event.fired => {
+                    (on.saturating_add(units).saturating_sub(off), Goal::Fires(true))
+                }
+                Step::Act { .. } if event.fired => (off.saturating_sub(on), Goal::Fires(false)),
+                _ => continue,
+            };
+            // Of a loop, the first iteration in which the instruction does not fire.
+            if gain > 0 && seen.insert((at, matches!(goal, Goal::Fires(true)))) {
+                found.push((gain, (at, event.frames.to_vec()), number, goal));
+            }
+        }
+        found.sort_by(|a, b| b.0.cmp(&a.0).then(a.2.cmp(&b.2)));
+        let stopped = self.run.stopped.as_ref();
+        let stopped = stopped.filter(|one| matches!(one.reason, StopReason::Unknown(_)));
+        let first = stopped.map(|one| {
+            let step = &self.program.instructions[one.at].step;
+            let events = self.run.replay.events.len();
+            let (event, goal) = match step {
+                Step::ForBegin { .. } | Step::Summary(_) => {
+                    (events.saturating_sub(1), Goal::Iterates(self.most_iterations(one.at).max(1)))
+                }
+                _ => (events, Goal::Fires(false)),
+            };
+            ((one.at, one.frames.to_vec()), event, goal)
+        });
+        let others = found.into_iter().map(|(_, target, event, goal)| (target, event, goal));
+        first.into_iter().chain(others).collect()
+    }
+
+    /// The word with the number of iterations of a loop.
+    fn counted(&self, at: usize) -> Option<WordSource> {
+        let count = match &self.program.instructions[at].step {
+            Step::ForBegin { count, .. } => *count,
+            Step::Summary(summary) => summary.iterations?.0,
+            _ => return None,
+        };
+        match count {
+            WordSource::Free(choice) => match self.program.kinds.get(&choice)? {
+                ChoiceKind::Iterations(word) | ChoiceKind::UnsignedIterations(word) => Some(*word),
+                _ => None,
+            },
+            word => Some(word),
+        }
+    }
+
+    /// The number of iterations that an event of a loop read, if it is not constant.
+    fn count(&self, event: usize) -> Option<u16> {
+        let word = self.counted(self.run.replay.events.get(event)?.instruction)?;
+        Some(self.read(event, Source::Word(word))?.value)
+    }
+
+    /// The largest number of iterations of a loop, as the user states it or the analysis proved it.
+    fn most_iterations(&self, at: usize) -> u16 {
+        let proved = match &self.program.instructions[at].step {
+            Step::ForBegin { most, .. } => *most,
+            Step::Summary(summary) => summary.iterations.map_or(0, |(_, _, most)| most),
+            _ => 0,
+        };
+        let stated = self.program.stated_counts.get(&at).map(|&(_, most)| most);
+        let stated = stated.and_then(|most| u32::try_from(most).ok()).unwrap_or(u32::MAX);
+        let ranges = self.program.stated_ranges.iter();
+        let word = self.counted(at);
+        let start = ranges
+            .filter(|one| matches!(one.cells[..], [cell] if word == Some(WordSource::Cell(cell))));
+        let start = start.filter_map(|one| u32::try_from(one.high).ok()).min().unwrap_or(u32::MAX);
+        u16::try_from(proved.min(stated).min(start).min(0x7FFF)).unwrap_or(0)
+    }
+
+    /// Works out changes of the start after which this event does what it shall. Returns false if none are found; the
+    /// changes are then of no use.
+    fn make(
+        &self,
+        target: &Target,
+        event: usize,
+        goal: Goal,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        match goal {
+            Goal::Fires(on) if event < self.run.replay.events.len() => {
+                self.fires(event, on, changes, steps)
+            }
+            Goal::Fires(on) => self.solve(self.end, on, changes, steps),
+            Goal::Iterates(count) => self
+                .counted(target.0)
+                .is_some_and(|word| self.word(event, word, count, changes, steps)),
+        }
+    }
+
+    fn fires(&self, event: usize, on: bool, changes: &mut Changes, steps: &mut usize) -> bool {
+        let at = self.run.replay.events[event].instruction;
+        match self.program.instructions[at].step.fires() {
+            Some(logic) => self.logic(event, logic, on, changes, steps),
+            None => on,
+        }
+    }
+
+    fn solve(&self, node: Node, on: bool, changes: &mut Changes, steps: &mut usize) -> bool {
+        if !take(steps) {
+            return false;
+        }
+        let (condition, value) = self.nodes[node];
+        match condition {
+            Condition::Always => on,
+            Condition::Fired(event) => {
+                let is_known = !self.run.replay.events[event].is_uncertain;
+                value == on && is_known || self.fires(event, on, changes, steps)
+            }
+            Condition::And(a, b) | Condition::Or(a, b) => {
+                let is_and = matches!(condition, Condition::And(..));
+                if is_and == on {
+                    return self.solve(a, on, changes, steps) && self.solve(b, on, changes, steps);
+                }
+                // The nearer part first: it is the more specific one.
+                [b, a].into_iter().any(|part| {
+                    let mut more = changes.clone();
+                    let done = self.solve(part, on, &mut more, steps);
+                    if done {
+                        *changes = more;
+                    }
+                    done
+                })
+            }
+        }
+    }
+
+    /// As [`Self::solve`], for an expression of an event's instruction.
+    fn logic(
+        &self,
+        event: usize,
+        logic: &Logic,
+        on: bool,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        if !take(steps) {
+            return false;
+        }
+        match logic {
+            Logic::Condition => self.solve(self.of_events[event], on, changes, steps),
+            Logic::Const(value) => *value == on,
+            Logic::Not(inner) => self.logic(event, inner, !on, changes, steps),
+            Logic::All(parts) | Logic::Any(parts) => {
+                if matches!(logic, Logic::All(_)) == on {
+                    return parts.iter().all(|part| self.logic(event, part, on, changes, steps));
+                }
+                parts.iter().any(|part| {
+                    let mut more = changes.clone();
+                    let done = self.logic(event, part, on, &mut more, steps);
+                    if done {
+                        *changes = more;
+                    }
+                    done
+                })
+            }
+            Logic::Bit(source) => self.bit(event, *source, on, changes, steps),
+            Logic::Compare(compare) => self.compare(event, compare, on, changes, steps),
+        }
+    }
+
+    fn read(&self, event: usize, source: Source) -> Option<&TracedRead> {
+        self.trace.reads.get(event)?.iter().find(|read| read.source == source)
+    }
+
+    fn bit(
+        &self,
+        event: usize,
+        source: BitSource,
+        on: bool,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        match source {
+            BitSource::Const(value) => value == on,
+            BitSource::Cell(cell) => self.set(event, cell, 1, on.into(), changes, steps),
+            BitSource::WordBit(cell, bit) => {
+                self.set(event, cell, 1 << bit, u16::from(on) << bit, changes, steps)
+            }
+            BitSource::Free(_) => match self.read(event, Source::Bit(source)) {
+                Some(TracedRead { cell: Some((cell, mask)), .. }) => {
+                    let is_word = mask.count_ones() == 1;
+                    let mask = if is_word { *mask } else { 1 };
+                    self.set(event, *cell, mask, if on { mask } else { 0 }, changes, steps)
+                }
+                Some(TracedRead { outside: Some(key), .. }) => {
+                    changes.set_outside(key, 1, on.into())
+                }
+                _ => false,
+            },
+        }
+    }
+
+    fn word(
+        &self,
+        event: usize,
+        source: WordSource,
+        value: u16,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        match source {
+            WordSource::Const(constant) => constant == value,
+            WordSource::Cell(cell) => self.set(event, cell, u16::MAX, value, changes, steps),
+            WordSource::Bits { first, count } => {
+                (count >= 16 || value >> count == 0)
+                    && (0..count).all(|n| {
+                        let bit = first.plus(u32::from(n));
+                        self.set(event, bit, 1, value >> n & 1, changes, steps)
+                    })
+            }
+            WordSource::Free(choice) => {
+                let inner = match self.program.kinds.get(&choice) {
+                    Some(ChoiceKind::StableExternal(Source::Word(word))) => Some(*word),
+                    _ => None,
+                };
+                if let Some(word) = inner {
+                    return self.word(event, word, value, changes, steps);
+                }
+                match self.read(event, Source::Word(source)) {
+                    Some(TracedRead { cell: Some((cell, u16::MAX)), .. }) => {
+                        self.set(event, *cell, u16::MAX, value, changes, steps)
+                    }
+                    Some(TracedRead { outside: Some(key), .. }) => {
+                        changes.set_outside(key, u16::MAX, value)
+                    }
+                    _ => false,
+                }
+            }
+        }
+    }
+
+    /// The value that an expression of plain words had. `None` for other expressions.
+    fn number(&self, event: usize, number: &Number) -> Option<(Vec<WordSource>, i64)> {
+        let Number::Words(words) = number else { return None };
+        let mut value = 0_i64;
+        for &word in words.iter().rev() {
+            let one = match word {
+                WordSource::Const(value) => value,
+                _ => self.read(event, Source::Word(word))?.value,
+            };
+            value = value << 16 | i64::from(one);
+        }
+        (words.len() <= 2).then(|| (words.clone(), value))
+    }
+
+    fn compare(
+        &self,
+        event: usize,
+        compare: &Compare,
+        on: bool,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        let signed = match compare.format {
+            NumberFormat::Signed => true,
+            NumberFormat::Unsigned => false,
+            NumberFormat::Real(_) => return false,
+        };
+        let (Some((left, a)), Some((right, b))) =
+            (self.number(event, &compare.left), self.number(event, &compare.right))
+        else {
+            return false;
+        };
+        let bits = 16 * left.len();
+        let read = |value: i64| {
+            if signed && value >> (bits - 1) & 1 == 1 { value - (1 << bits) } else { value }
+        };
+        let (a, b) = (read(a), read(b));
+        let (least, most) =
+            if signed { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) };
+        let relation = if on { compare.relation } else { negated(compare.relation) };
+        if holds(relation, a, b) {
+            return true;
+        }
+        let sides = [(&left, relation, b), (&right, mirrored(relation), a)];
+        sides.into_iter().any(|(side, relation, other)| {
+            let value = match relation {
+                Relation::Equal | Relation::LessOrEqual | Relation::GreaterOrEqual => other,
+                Relation::NotEqual if other == most => other - 1,
+                Relation::NotEqual | Relation::Greater => other + 1,
+                Relation::Less => other - 1,
+            };
+            if !(least..=most).contains(&value) {
+                return false;
+            }
+            let mut more = changes.clone();
+            let done = side.iter().enumerate().all(|(n, &word)| {
+                self.word(event, word, (value >> (16 * n)) as u16, &mut more, steps)
+            });
+            if done {
+                *changes = more;
+            }
+            done
+        })
+    }
+
+    /// Works out changes after which these bits of the cell have these values when an event reads it.
+    fn set(
+        &self,
+        event: usize,
+        cell: Cell,
+        mask: u16,
+        value: u16,
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        if !take(steps) {
+            return false;
+        }
+        let Some(writer) = self.trace.last_write(cell, event) else {
+            return changes.set(cell, mask, value);
+        };
+        if let Some(key) = self.trace.delivered.get(&cell) {
+            return changes.set_outside(key, mask, value);
+        }
+        let wrote = &self.run.replay.events[writer];
+        let instruction = &self.program.instructions[wrote.instruction];
+        let mut more = changes.clone();
+        for effect in &instruction.effects {
+            let done = match &effect.write {
+                Write::Bit(target, logic) => {
+                    let (bit, own) = match *target {
+                        BitTarget::Cell(own) => (1, own),
+                        BitTarget::WordBit(own, bit) => (1 << bit, own),
+                    };
+                    own == cell
+                        && mask & !bit == 0
+                        && self.logic(writer, logic, value & mask != 0, &mut more, steps)
+                        && (effect.when == When::Always || wrote.fired)
+                }
+                Write::Words(targets, Number::Words(sources)) => {
+                    let place =
+                        targets.iter().zip(sources).find_map(|(target, &source)| match *target {
+                            WordTarget::Cell(own) => (own == cell).then_some((source, None)),
+                            WordTarget::Bits { first, count } => (0..count)
+                                .find(|&n| first.plus(u32::from(n)) == cell)
+                                .map(|n| (source, Some(n))),
+                            WordTarget::Discard => None,
+                        });
+                    match place {
+                        Some((WordSource::Const(constant), None)) => (constant ^ value) & mask == 0,
+                        Some((WordSource::Cell(source), None)) => {
+                            self.set(writer, source, mask, value, &mut more, steps)
+                        }
+                        Some((WordSource::Cell(source), Some(n))) => {
+                            self.set(writer, source, 1 << n, (value & 1) << n, &mut more, steps)
+                        }
+                        Some((WordSource::Bits { first, count }, Some(n))) if n < count => {
+                            self.set(writer, first.plus(n.into()), 1, value & 1, &mut more, steps)
+                        }
+                        Some((WordSource::Bits { first, count }, None))
+                            if mask.count_ones() == 1 && mask.trailing_zeros() < count.into() =>
+                        {
+                            let bit = first.plus(mask.trailing_zeros());
+                            let on = u16::from(value & mask != 0);
+                            self.set(writer, bit, 1, on, &mut more, steps)
+                        }
+                        Some((source @ WordSource::Free(_), None)) => {
+                            match self.read(writer, Source::Word(source)).and_then(|one| one.cell) {
+                                Some((from, u16::MAX)) => {
+                                    self.set(writer, from, mask, value, &mut more, steps)
+                                }
+                                _ => false,
+                            }
+                        }
+                        _ => false,
+                    }
+                }
+                _ => false,
+            };
+            if done {
+                *changes = more;
+                return true;
+            }
+            more = changes.clone();
+        }
+        // Or the cell is not written there, and has the value before.
+        let is_always = instruction.effects.iter().any(|effect| effect.when == When::Always);
+        if is_always || !self.fires(writer, false, &mut more, steps) {
+            return false;
+        }
+        let done = self.set(writer, cell, mask, value, &mut more, steps);
+        if done {
+            *changes = more;
+        }
+        done
+    }
+}
+
+/// Counts a step. Returns false if there are none left.
+fn take(steps: &mut usize) -> bool {
+    match steps.checked_sub(1) {
+        Some(left) => {
+            *steps = left;
+            true
+        }
+        None => false,
+    }
+}
+
+fn holds(relation: Relation, a: i64, b: i64) -> bool {
+    match relation {
+        Relation::Equal => a == b,
+        Relation::NotEqual => a != b,
+        Relation::Less => a < b,
+        Relation::LessOrEqual => a <= b,
+        Relation::Greater => a > b,
+        Relation::GreaterOrEqual => a >= b,
+    }
+}
+
+fn negated(relation: Relation) -> Relation {
+    match relation {
+        Relation::Equal => Relation::NotEqual,
+        Relation::NotEqual => Relation::Equal,
+        Relation::Less => Relation::GreaterOrEqual,
+        Relation::LessOrEqual => Relation::Greater,
+        Relation::Greater => Relation::LessOrEqual,
+        Relation::GreaterOrEqual => Relation::Less,
+    }
+}
+
+fn mirrored(relation: Relation) -> Relation {
+    match relation {
+        Relation::Less => Relation::Greater,
+        Relation::LessOrEqual => Relation::GreaterOrEqual,
+        Relation::Greater => Relation::Less,
+        Relation::GreaterOrEqual => Relation::LessOrEqual,
+        same => same,
+    }
+}
