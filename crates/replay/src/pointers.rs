@@ -1,10 +1,9 @@
 //! Addresses that words hold: a real run knows to which device they lead, but not which numbers they are.
 
-use super::free::FreeValues;
 use super::state::State;
 use scanbound_ir::{Cell, Number, WordSource};
 
-impl<F: FreeValues> State<'_, F> {
+impl State<'_> {
     /// If the number is certainly an address: the first cell of the addressed range. It is if it is moved, or if a
     /// known number is added or subtracted: in indirect specification, consecutive words have consecutive addresses.
     pub(super) fn pointer(&mut self, number: &Number) -> Option<Cell> {

@@ -1,12 +1,11 @@
 //! Reads of sources: what a traced run records of them, and sources that do not change within a scan.
 
-use super::free::FreeValues;
 use super::state::State;
 use super::trace::TracedRead;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{BitSource, ChoiceKey, Region, Source, WordSource};
 
-impl<F: FreeValues> State<'_, F> {
+impl State<'_> {
     /// Begins to read a source. Returns whether the read is traced: not within an operation, nor within another read.
     pub(super) fn begin_read(&mut self) -> bool {
         let Some(trace) = &mut self.trace else { return false };
