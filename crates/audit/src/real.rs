@@ -152,8 +152,10 @@ impl RunSearch<'_> {
         let run = self.real(&start)?;
         let mut found = RunResults::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
-        let goes_on = !(self.is_large() && self.steer(&mut found, None)?)
-            && self.go_on(&mut found, None, &mut gates)?;
+        if self.is_large() {
+            self.steer(&mut found, None)?;
+        }
+        let goes_on = self.go_on(&mut found, None, &mut gates)?;
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
@@ -220,9 +222,10 @@ impl RunSearch<'_> {
             found.note(self.program, &mut one);
             found.keep_better(one, other.clone());
         }
-        if !(self.is_large() && self.steer(&mut found, Some(upper))?) {
-            self.go_on(&mut found, Some(upper), &mut 0)?;
+        if self.is_large() {
+            self.steer(&mut found, Some(upper))?;
         }
+        self.go_on(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
