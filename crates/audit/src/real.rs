@@ -150,13 +150,26 @@ impl RunSearch<'_> {
     pub fn search_early(&self) -> Result<EarlyRuns, String> {
         let start = Witness::default();
         let run = self.real(&start)?;
-        let mut found = RunResults::first(self.program, run, start, Knowledge::new());
+        let mut found = RunResults::first(self.program, run, start.clone(), Knowledge::new());
+        let steered = if self.is_large() { Some(self.steered(&start)?) } else { None };
         let mut gates = 0;
-        if self.is_large() {
-            self.steer(&mut found, None)?;
-        }
         let goes_on = self.go_on(&mut found, None, &mut gates)?;
+        // The rounds may lead to a run from which no change leads further, or to one that is longer by far.
+        if let Some(steered) = steered {
+            self.steer(&mut found, None)?;
+            let mut run = self.real(&steered)?;
+            found.note(self.program, &mut run);
+            found.keep_better(run, steered);
+        }
         Ok(EarlyRuns { found, goes_on, gates })
+    }
+
+    /// The start of the longest run to which steering leads from this start.
+    fn steered(&self, start: &Witness) -> Result<Witness, String> {
+        let run = self.real(start)?;
+        let mut found = RunResults::first(self.program, run, start.clone(), Knowledge::new());
+        self.steer(&mut found, None)?;
+        Ok(found.witness)
     }
 
     /// Repeats the longest of these runs, which were made in a program that has the same instructions, but knows less
@@ -222,10 +235,10 @@ impl RunSearch<'_> {
             found.note(self.program, &mut one);
             found.keep_better(one, other.clone());
         }
+        self.go_on(&mut found, Some(upper), &mut 0)?;
         if self.is_large() {
             self.steer(&mut found, Some(upper))?;
         }
-        self.go_on(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
