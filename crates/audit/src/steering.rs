@@ -590,11 +590,11 @@ impl<'a> Conditions<'a> {
         let (a, b) = (read(a), read(b));
         let (least, most) =
             if signed { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) };
-        let relation = if on { compare.relation } else { negated(compare.relation) };
-        if holds(relation, a, b) {
+        let relation = if on { compare.relation } else { compare.relation.negated() };
+        if relation.holds(a, b) {
             return true;
         }
-        let sides = [(&left, relation, b), (&right, mirrored(relation), a)];
+        let sides = [(&left, relation, b), (&right, relation.mirrored(), a)];
         sides.into_iter().any(|(side, relation, other)| {
             let value = match relation {
                 Relation::Equal | Relation::LessOrEqual | Relation::GreaterOrEqual => other,
@@ -717,37 +717,5 @@ fn take(steps: &mut usize) -> bool {
             true
         }
         None => false,
-    }
-}
-
-fn holds(relation: Relation, a: i64, b: i64) -> bool {
-    match relation {
-        Relation::Equal => a == b,
-        Relation::NotEqual => a != b,
-        Relation::Less => a < b,
-        Relation::LessOrEqual => a <= b,
-        Relation::Greater => a > b,
-        Relation::GreaterOrEqual => a >= b,
-    }
-}
-
-fn negated(relation: Relation) -> Relation {
-    match relation {
-        Relation::Equal => Relation::NotEqual,
-        Relation::NotEqual => Relation::Equal,
-        Relation::Less => Relation::GreaterOrEqual,
-        Relation::LessOrEqual => Relation::Greater,
-        Relation::Greater => Relation::LessOrEqual,
-        Relation::GreaterOrEqual => Relation::Less,
-    }
-}
-
-fn mirrored(relation: Relation) -> Relation {
-    match relation {
-        Relation::Less => Relation::Greater,
-        Relation::LessOrEqual => Relation::GreaterOrEqual,
-        Relation::Greater => Relation::Less,
-        Relation::GreaterOrEqual => Relation::LessOrEqual,
-        same => same,
     }
 }

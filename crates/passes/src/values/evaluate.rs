@@ -104,7 +104,7 @@ impl Evaluation<'_> {
             Logic::Const(value) => Condition::constant(*value),
             Logic::Bit(bit) => self.bit(*bit, true),
             Logic::Not(inner) => match &**inner {
-                Logic::Compare(compare) => self.compare(compare, opposite(compare.relation)),
+                Logic::Compare(compare) => self.compare(compare, compare.relation.negated()),
                 Logic::Bit(bit) => self.bit(*bit, false),
                 inner => self.logic(inner, condition).negation(),
             },
@@ -143,13 +143,13 @@ impl Evaluation<'_> {
         let [Some(left), Some(right)] = sides else { return Condition::default() };
         let known = |relation| self.facts_of_comparison(compare, relation, &left, &right, signed);
         let (surely, never) =
-            (holds(&left, &right, relation), holds(&left, &right, opposite(relation)));
+            (holds(&left, &right, relation), holds(&left, &right, relation.negated()));
         if surely || never {
             return Condition::constant(surely).with_facts(known(relation));
         }
         Condition::default()
             .with_facts(known(relation))
-            .with_facts_if_false(known(opposite(relation)), self.holds)
+            .with_facts_if_false(known(relation.negated()), self.holds)
     }
 
     /// What is known about the words on both sides of a comparison if it is true.
@@ -164,7 +164,7 @@ impl Evaluation<'_> {
         let mut found = Vec::new();
         let sides = [
             (&compare.left, left, right, relation),
-            (&compare.right, right, left, mirrored(relation)),
+            (&compare.right, right, left, relation.mirrored()),
         ];
         for (number, own, other, relation) in sides {
             let Number::Words(words) = number else { continue };
@@ -388,26 +388,4 @@ fn values_if_true(
 
 fn bcd(number: i64) -> i64 {
     (0..4).map(|place| (number / 10i64.pow(place) % 10) << (4 * place)).sum()
-}
-
-fn opposite(relation: Relation) -> Relation {
-    match relation {
-        Relation::Equal => Relation::NotEqual,
-        Relation::NotEqual => Relation::Equal,
-        Relation::Less => Relation::GreaterOrEqual,
-        Relation::LessOrEqual => Relation::Greater,
-        Relation::Greater => Relation::LessOrEqual,
-        Relation::GreaterOrEqual => Relation::Less,
-    }
-}
-
-/// The relation of `b` to `a` that says the same as `relation` says of `a` to `b`.
-fn mirrored(relation: Relation) -> Relation {
-    match relation {
-        Relation::Equal | Relation::NotEqual => relation,
-        Relation::Less => Relation::Greater,
-        Relation::LessOrEqual => Relation::GreaterOrEqual,
-        Relation::Greater => Relation::Less,
-        Relation::GreaterOrEqual => Relation::LessOrEqual,
-    }
 }
