@@ -293,9 +293,8 @@ impl Run<'_> {
     }
 
     /// Writes the computed or observed results of a choice's operation in place of its havoc; for lower bounds also the
-    /// number that stands for an address. Returns the part of
-    /// `guard` under which nothing is known, so that the havoc remains necessary. An instruction's results are written
-    /// only once.
+    /// number that stands for an address. Returns the part of `guard` under which nothing is known, so that the havoc
+    /// remains necessary. An instruction's results are written only once.
     pub(super) fn write_observed(&mut self, choice: ChoiceId, guard: Lit, at: usize) -> Lit {
         if guard == Lit::FALSE {
             return guard;
