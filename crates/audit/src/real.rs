@@ -717,7 +717,7 @@ mod tests {
 
     #[test]
     fn a_run_follows_an_address_to_the_device_that_adrset_named() {
-        let list = "LD SM400\nADRSET D100 D0\nDMOV D0 D2\nBMOV @D2 D200 K50\nMOV K3 @D0\nLD= D200 K7\nAND= D100 K3\nBMOV D0 D3000 K900\nEND\n";
+        let list = "LD SM400\nADRSET D100 D0\nD+ D0 K5 D2\nBMOV @D2 D200 K50\nMOV K3 @D0\nLD= D200 K7\nAND= D100 K3\nBMOV D0 D3000 K900\nEND\n";
         let (run, beside, upper) = both_ways(list);
         assert_eq!((run, beside), (upper, upper));
     }
@@ -732,13 +732,15 @@ mod tests {
             let search = RunSearch { program: &followed.program, least: &least, limits };
             search.real(&Witness::default()).unwrap().stopped.map(|stopped| stopped.reason)
         };
-        assert_eq!(stops("DMOV D0 D2"), None);
+        assert_eq!(stops("D+ D0 K9 D2"), None);
+        assert_eq!(stops("DMOV D0 D2\nDINC D2"), None);
         for way in [
-            // Sums; the halves moved separately; written afterwards, and without ADRSET.
-            "D+ D0 K9 D2",
-            "DMOV D0 D2\nDINC D2",
+            // Beyond the data registers; the halves moved separately; not a sum; a sum of two addresses; only the low
+            // word added; written afterwards, and without ADRSET.
+            "D- D0 K101 D2",
             "MOV D0 D2\nMOV D1 D3",
             "DAND D0 D0 D2",
+            "D+ D0 D0 D2",
             "DMOV D0 D2\nINC D2",
             "DMOV D0 D2\nMOV D0 D2",
             "DMOV K1 D2",

@@ -172,8 +172,8 @@ pub enum IntegerFormat {
     Unsigned,
     /// BCD, four digits a word; unknown if a digit is above 9.
     Bcd,
-    /// An unsigned number that certainly is an address: [`ChoiceKind::AddressOf`], perhaps moved. It leads only to
-    /// cells of the same [`AddressRange`]. Unknown otherwise.
+    /// An unsigned number that certainly is an address: [`ChoiceKind::AddressOf`], moved, or with a known number
+    /// added to it or subtracted from it. It leads only to cells of the same [`AddressRange`]. Unknown otherwise.
     Address,
 }
 

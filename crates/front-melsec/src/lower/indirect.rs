@@ -1,7 +1,9 @@
 //! Indirect access: `ADRSET D100 D0` stores the address of D100 in D0 and D1, and `@D0` is the device at this address.
 //!
-//! Which numbers addresses are is not known. A real run follows an address only where ADRSET stored it in this scan and
-//! it was only moved since then.
+//! Manuals do not say which numbers addresses are. They say that 32-bit additions to an address take the place of index
+//! modification, so that consecutive words have consecutive addresses (MELSEC-Q/L programming manual, common
+//! instructions, indirect specification). A real run follows an address only where ADRSET, moves and additions of known
+//! numbers determine the device.
 
 use super::state::Lowering;
 use crate::memory::{DeviceType, Family, area};
