@@ -61,6 +61,8 @@ pub struct ExclusiveRelays<'p> {
     words: BTreeSet<Cell>,
     /// The words of `words` into which an instruction writes the result of an operation.
     computed: BTreeSet<Cell>,
+    /// The words that an instruction writes together with the word before them, such as the upper halves of 32 bits.
+    upper: BTreeSet<Cell>,
     /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,
     /// The words of I/O points that serve outputs: the program writes bits of them and reads no bit of them that it
@@ -79,6 +81,7 @@ impl<'p> ExclusiveRelays<'p> {
             unknown: BTreeSet::new(),
             words: BTreeSet::new(),
             computed: BTreeSet::new(),
+            upper: BTreeSet::new(),
             later: Vec::new(),
             outputs: BTreeSet::new(),
         };
@@ -112,6 +115,9 @@ impl<'p> ExclusiveRelays<'p> {
                             })
                         };
                         exclusive.words.extend(words());
+                        let pairs = words().zip(words().skip(1));
+                        let pairs = pairs.filter(|(word, next)| *next == word.plus(1));
+                        exclusive.upper.extend(pairs.map(|(_, next)| next));
                         if number.words().any(|word| matches!(word, WordSource::Free(_))) {
                             exclusive.computed.extend(words());
                         }
@@ -145,6 +151,12 @@ impl<'p> ExclusiveRelays<'p> {
     #[must_use]
     pub fn is_word_left_by_scan(&self, cell: Cell) -> bool {
         self.words.contains(&cell) && self.is_own(cell).is_ok() && !self.is_written_later(cell)
+    }
+
+    /// Whether an instruction writes this word together with the one before it.
+    #[must_use]
+    pub fn is_upper_word(&self, cell: Cell) -> bool {
+        self.upper.contains(&cell)
     }
 
     /// Whether an instruction writes a value to this bit that is not known before it is executed.

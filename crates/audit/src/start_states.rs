@@ -341,7 +341,7 @@ impl<'a> States<'a> {
     }
 
     /// The relays and words that hold when a scan starts what the scan before left, each with its bits, as far as the
-    /// model reads them, apart from the memories of instructions. Empty without [`Trust::All`] if the facts name no
+    /// model reads them, apart from the memories of instructions. Words of one number are one. Empty without [`Trust::All`] if the facts name no
     /// devices under `[internal]`. `None` if there are too many.
     fn left(
         &self,
@@ -356,12 +356,17 @@ impl<'a> States<'a> {
         let lasts = |cell: Cell| !self.program.timekeeping.scratch.contains(&cell.area);
         let known: BTreeSet<Cell> = memories.iter().map(|bit| bit.cell()).collect();
         let is_new = |cell: Cell| lasts(cell) && !known.contains(&cell);
-        let words = words(model).into_iter();
-        let words = words.filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell));
-        left.extend(words.map(bits_of_word));
-        if left.len() > MAX_WORDS {
+        let words: BTreeSet<Cell> = words(model).into_iter().collect();
+        let words = words.into_iter();
+        let words: Vec<Cell> = words
+            .filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell))
+            .collect();
+        if words.len() > MAX_WORDS {
             return None;
         }
+        let is_next = |a: &Cell, b: &Cell| *b == a.plus(1) && exclusive.is_upper_word(*b);
+        let numbers = words.chunk_by(is_next);
+        left.extend(numbers.map(|words| words.iter().copied().flat_map(bits_of_word).collect()));
         let known: BTreeSet<BitTarget> = left.iter().flatten().copied().collect();
         let relays = reachable::read(model).into_iter();
         let is_left = |bit: &BitTarget| {
@@ -405,7 +410,7 @@ impl<'a> States<'a> {
                 at += cell.len();
                 // What the program never changes is changed by others. No lower bound rests on what others write to a
                 // timer or a counter.
-                exclusive.takes_any_value(cell[0])
+                cell.iter().any(|&bit| exclusive.takes_any_value(bit))
                     || places.any(|(at, &bit)| {
                         let changed = [(at, !self.initial(bit))];
                         !matches!(states.occurs(&changed), StartState::Excluded(_))

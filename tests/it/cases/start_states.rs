@@ -60,6 +60,8 @@ fn no_lower_bound_rests_on_a_state_that_no_scan_leaves() {
         ("together.il", "LDP C0\nANDP C1\nSwA D100\nLD X0\nOUT C0 K5\nLDI X0\nOUT C1 K5\nEND\n"),
         // After the first scan D0 is 3.
         ("initial.il", "LD SM402\nMOV K3 D0\nLD<> D0 K3\nANI SM402\nSwA D100\nEND\n"),
+        // The upper word of 5 is 0.
+        ("upper-word.il", "LDD= D0 K65541\nSwA D100\nLD X0\nDMOV K5 D0\nEND\n"),
         // Nothing resets M600.
         ("never-falls.il", "LD X1\nCJ P0\nLDF M600\nSwA D100\nP0\nLD X0\nSET M600\nEND\n"),
         // The memory of the edge is written only while the input is off.

@@ -366,3 +366,16 @@ fn a_word_that_is_compared_for_a_bit_starts_with_what_every_scan_leaves_in_it() 
         assert_eq!(bounds(&text, "--trust none").1, 4, "{text}");
     }
 }
+
+#[test]
+fn a_copy_of_a_time_begins_with_what_some_scan_leaves() {
+    // The output of TOF is off once ET is PT. The program never writes the upper word of ET other than 0.
+    let more = "VAR a AT %IX0.0 : BOOL; t : TOF; q : BOOL; e : TIME; END_VAR";
+    let lower = |least: &str| {
+        let body = format!(
+            "IF q AND e >= T#{least} THEN Op4(); END_IF; t(IN := a, PT := T#1s); q := t.Q; e := t.ET;"
+        );
+        bounds(&program(more, &body), "--trust all").1
+    };
+    assert_eq!((lower("1s"), lower("40s"), lower("900ms")), (0, 0, 4));
+}
