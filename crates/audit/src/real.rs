@@ -21,6 +21,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const MAX_INSTRUCTIONS: u64 = 400_000;
 /// The largest size of one model that includes what real runs showed: its nodes and questions about words.
 const LARGEST: usize = 2_000_000;
+/// The same for a large program, in which steering finds more in the same time.
+const LARGEST_OF_LARGE: usize = 200_000;
 /// The search for longer runs ends when its models have more gates in total.
 const MAX_GATES: usize = 1_000_000;
 /// The largest number of rounds of the search for longer runs.
@@ -39,6 +41,7 @@ const WORTH: u64 = 100;
 const MAX_DECISIONS: u64 = 200_000;
 
 /// The longest real run found, and what all runs showed.
+#[derive(Clone)]
 pub struct RunResults {
     /// The longest real run.
     pub best: RealRun,
@@ -150,26 +153,25 @@ impl RunSearch<'_> {
     pub fn search_early(&self) -> Result<EarlyRuns, String> {
         let start = Witness::default();
         let run = self.real(&start)?;
-        let mut found = RunResults::first(self.program, run, start.clone(), Knowledge::new());
-        let steered = if self.is_large() { Some(self.steered(&start)?) } else { None };
+        let mut found = RunResults::first(self.program, run, start, Knowledge::new());
         let mut gates = 0;
-        let goes_on = self.go_on(&mut found, None, &mut gates)?;
-        // The rounds may lead to a run from which no change leads further, or to one that is longer by far.
-        if let Some(steered) = steered {
-            self.steer(&mut found, None)?;
-            let mut run = self.real(&steered)?;
-            found.note(self.program, &mut run);
-            found.keep_better(run, steered);
-        }
+        let goes_on = self.lengthen(&mut found, None, &mut gates)?;
         Ok(EarlyRuns { found, goes_on, gates })
     }
 
-    /// The start of the longest run to which steering leads from this start.
-    fn steered(&self, start: &Witness) -> Result<Witness, String> {
-        let run = self.real(start)?;
-        let mut found = RunResults::first(self.program, run, start.clone(), Knowledge::new());
-        self.steer(&mut found, None)?;
-        Ok(found.witness)
+    /// Makes the best run longer: by rounds ([`Self::go_on`]), then by steering if the program is large. Returns
+    /// whether further rounds are worthwhile.
+    fn lengthen(
+        &self,
+        found: &mut RunResults,
+        upper: Option<Picos>,
+        gates: &mut usize,
+    ) -> Result<bool, String> {
+        let goes_on = self.go_on(found, upper, gates)?;
+        if self.is_large() {
+            self.steer(found, upper)?;
+        }
+        Ok(goes_on)
     }
 
     /// Repeats the longest of these runs, which were made in a program that has the same instructions, but knows less
@@ -187,7 +189,7 @@ impl RunSearch<'_> {
         found.violations.note(self.program, &found.best, None);
         if !found.best.is_possible() {
             gates = 0;
-            goes_on = self.go_on(&mut found, None, &mut gates)?;
+            goes_on = self.lengthen(&mut found, None, &mut gates)?;
         }
         Ok(EarlyRuns { found, goes_on, gates })
     }
@@ -210,10 +212,11 @@ impl RunSearch<'_> {
         // Of two equally long runs, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, longest.clone());
-        found.keep_better(before, start);
-        if goes_on && found.best.replay.total > early {
-            self.go_on(&mut found, Some(upper), &mut gates)?;
+        // Steering leads elsewhere from here, even if this run is the shorter one.
+        if self.is_large() || goes_on && found.best.replay.total > early {
+            self.lengthen(&mut found, Some(upper), &mut gates)?;
         }
+        found.keep_better(before, start);
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
@@ -235,10 +238,7 @@ impl RunSearch<'_> {
             found.note(self.program, &mut one);
             found.keep_better(one, other.clone());
         }
-        self.go_on(&mut found, Some(upper), &mut 0)?;
-        if self.is_large() {
-            self.steer(&mut found, Some(upper))?;
-        }
+        self.lengthen(&mut found, Some(upper), &mut 0)?;
         self.within(&found.best, upper)?;
         Ok(found.without_impossible())
     }
@@ -287,8 +287,8 @@ impl RunSearch<'_> {
     /// The model that includes what real runs showed. `None` if it is too large to be searched repeatedly, or its times
     /// are too long to be added up.
     fn model_of(&self, knowledge: &Knowledge) -> Option<ScanModel> {
-        let limits =
-            SizeLimits { per_execution: usize::MAX, in_all: LARGEST, is_over: &|| self.is_late() };
+        let in_all = if self.is_large() { LARGEST_OF_LARGE } else { LARGEST };
+        let limits = SizeLimits { per_execution: usize::MAX, in_all, is_over: &|| self.is_late() };
         let purpose = Purpose::LowerBound;
         let model =
             scan_model_with_knowledge(self.program, self.least, knowledge, purpose, &limits);
@@ -369,6 +369,14 @@ impl RunSearch<'_> {
         let run = real(self.program, self.least, start, MAX_INSTRUCTIONS);
         self.agrees(&run)?;
         Ok(run)
+    }
+
+    /// The invariants that a start breaks: indices into `Program::invariants`, and those beyond for
+    /// `PowerUp::certain_invariants`.
+    pub(super) fn broken(&self, witness: &Witness) -> Vec<usize> {
+        let counts = counts(self.program);
+        let start = || Start { program: self.program, witness, counts: &counts, asked: None };
+        real(self.program, self.least, start, 0).replay.broken_invariants
     }
 
     /// Makes a real run, in the first case, and records what it reads and writes.

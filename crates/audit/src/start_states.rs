@@ -9,14 +9,13 @@ use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::timers::Expiry;
 use scanbound_ir::{
-    BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Source, Witness,
+    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Logic, Program, Region, Role, Source, Witness,
     WordSource, flow,
 };
 use scanbound_model::groups::witness;
 use scanbound_model::lower_bound::{Treatment, lower_bound_model_with};
 use scanbound_model::{Lit, Origin, ScanModel, VarId, VarKind, Variable};
 use scanbound_passes::values::Trust;
-use scanbound_replay::RealRun;
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{lower_bound_scan_to_end, scan_model_to_end, scan_model_within};
 use scanbound_solve::Limits;
@@ -27,8 +26,12 @@ use std::time::{Duration, Instant};
 
 /// The largest number of start states that are excluded. If they are not enough, there is no lower bound.
 const MAX_ROUNDS: usize = 100;
+/// The largest number of changes of a start state that make it one that occurs.
+const MAX_CHANGES: usize = 400;
+/// If a start state breaks so many invariants, it is not changed for one after another.
+const MANY: usize = 8;
 /// The longest time that the exclusion of start states may take.
-const LONGEST: Duration = Duration::from_secs(10);
+const LONGEST: Duration = Duration::from_secs(5);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
 /// The most relays whose states are examined. With more, it is not decided which states occur.
@@ -70,21 +73,16 @@ pub(super) fn keep_possible(
         // Others may write a present value and not its flag. No lower bound may rest on that.
         let keeping = search.program.timekeeping.consistency.iter();
         let given = keeping.filter(|(present, _)| found.witness.start.contains_key(present));
-        let new: Vec<(Cell, &Logic)> = given
+        let new: Vec<&Logic> = given
             .filter_map(|(&present, holds)| Some((present, holds.as_ref()?)))
-            .filter(|&(present, _)| known.insert(present))
+            .filter_map(|(present, holds)| known.insert(present).then_some(holds))
             .collect();
         if new.is_empty() {
             break;
         }
         let program = program.get_or_insert_with(|| search.program.clone());
-        let others = program.invariants.len();
-        program.invariants.extend(new.iter().map(|&(_, holds)| holds.clone()));
-        let stricter = RunSearch { program, least: search.least, limits: search.limits };
-        found = match with_consistent(&stricter, &new, others, found)? {
-            Ok(found) => found,
-            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
-        };
+        program.invariants.extend(new.into_iter().cloned());
+        found = again(search, program, prices, (longest, upper), found)?;
     }
     if !found.best.is_possible() {
         return Ok(found);
@@ -107,124 +105,148 @@ pub(super) fn keep_possible(
         Ok(None) => return Ok(found),
         Err(Undecided) => return Ok(undecided(found)),
     };
+    // The longest run so far that may start as it does.
+    let mut kept: Option<RunResults> = None;
     for _ in 0..MAX_ROUNDS {
         let started = search.started(&found.witness);
         let state =
             |(at, bit): (usize, &BitTarget)| Some((at, bit_of(*started.get(&bit.cell())?, *bit)));
         let state: Vec<(usize, bool)> = bits.iter().enumerate().filter_map(state).collect();
-        let part = match states.occurs(&state) {
-            StartState::MayOccur => return Ok(found),
-            StartState::Undecided => return Ok(undecided(found)),
-            StartState::Excluded(part) => part,
-        };
-        let holds = |&(bit, value): &(usize, bool)| {
-            let on = Logic::Bit(bits[bit].source());
-            if value { on } else { on.not() }
-        };
+        let occurs = states.occurs(&state);
         let program = program.get_or_insert_with(|| search.program.clone());
         // Another run may start with other present values, which must be consistent, too.
         let keeping = search.program.timekeeping.consistency.iter();
         let more = keeping.filter(|(present, _)| known.insert(**present));
         program.invariants.extend(more.filter_map(|(_, holds)| holds.clone()));
-        program.invariants.push(Logic::All(part.iter().map(holds).collect()).not());
-        let stricter = RunSearch { program, least: search.least, limits: search.limits };
-        let part: Vec<(BitTarget, bool)> = part.iter().map(|&(at, on)| (bits[at], on)).collect();
-        found = match without(&stricter, &part, &started, found)? {
-            Ok(found) => found,
-            Err(found) => search_again(search, program, prices, (longest, upper), found)?,
-        };
-        if !found.best.is_possible() {
-            return Ok(found);
+        match occurs {
+            StartState::MayOccur if !search.is_large() => return Ok(found),
+            StartState::MayOccur => {
+                let before = found.best.replay.total;
+                kept = Some(found.clone());
+                RunSearch { program, ..*search }.steer(&mut found, Some(upper))?;
+                if found.best.replay.total == before || Instant::now() >= deadline {
+                    break;
+                }
+            }
+            StartState::Undecided => return Ok(kept.unwrap_or_else(|| undecided(found))),
+            StartState::Excluded(part) => {
+                let holds = |&(bit, value): &(usize, bool)| {
+                    let on = Logic::Bit(bits[bit].source());
+                    if value { on } else { on.not() }
+                };
+                program.invariants.push(Logic::All(part.iter().map(holds).collect()).not());
+                found = again(search, program, prices, (longest, upper), found)?;
+                let least = kept.as_ref().map_or(Picos::ZERO, |kept| kept.best.replay.total);
+                if !found.best.is_possible() || found.best.replay.total < least {
+                    return Ok(kept.unwrap_or(found));
+                }
+            }
         }
     }
-    Ok(RunResults { is_start_undecided: true, ..found })
+    Ok(kept.unwrap_or(RunResults { is_start_undecided: true, ..found }))
 }
 
-/// Whether a run is possible and at least as long as the best one.
-fn is_as_long(run: &RealRun, best: &RealRun) -> bool {
-    run.is_possible() && run.replay.total >= best.replay.total
-}
-
-/// The same run with present values that are consistent with their flags. `presents` are these values with the
-/// condition on each, which the program has among its invariants, from number `first` on. `Err` with the run as it was
-/// if the run is then impossible or shorter. In a program that is not large, other present values are not tried: if the
-/// run is impossible with those that it has, the result is `Err`.
-fn with_consistent(
+/// The run, if it starts as this program allows it; otherwise one that is changed little, or the longest one that a new
+/// search finds.
+fn again(
     search: &RunSearch<'_>,
-    presents: &[(Cell, &Logic)],
-    first: usize,
-    mut found: RunResults,
-) -> Result<Result<RunResults, RunResults>, String> {
+    program: &Program,
+    prices: &Prices,
+    longest: (&Witness, Picos),
+    found: RunResults,
+) -> Result<RunResults, String> {
+    let stricter = RunSearch { program, ..*search };
+    if stricter.real(&found.witness)?.is_possible() {
+        return Ok(found);
+    }
+    let repaired = if search.is_large() { repaired(&stricter, &found)? } else { None };
+    repaired.map_or_else(|| search_again(search, program, prices, longest, found), Ok)
+}
+
+/// The run changed at its start so that it breaks no invariant of the program, one after another: of the values that
+/// the first broken one names, that is taken after which the fewest are broken, and the run is the longest. `None` if
+/// no such changes lead to a possible run.
+fn repaired(search: &RunSearch<'_>, found: &RunResults) -> Result<Option<RunResults>, String> {
     let mut witness = found.witness.clone();
+    let mut seen = vec![witness.start.clone()];
+    let mut broken = search.broken(&witness);
+    // Of many, each is changed at the same time, as long as that helps.
+    let mut nth = 0;
+    while broken.len() >= MANY && nth < MANY {
+        let mut changed = witness.clone();
+        for holds in broken.iter().filter_map(|&at| search.program.invariants.get(at)) {
+            changed.start.extend(values(search, &witness, holds).get(nth).copied());
+        }
+        let left = search.broken(&changed);
+        if left.len() < broken.len() {
+            (broken, witness) = (left, changed);
+        } else {
+            nth += 1;
+        }
+    }
+    while let Some(&first) = broken.first() {
+        let Some(holds) = search.program.invariants.get(first) else { return Ok(None) };
+        if seen.len() > MAX_CHANGES || search.is_over() {
+            return Ok(None);
+        }
+        let mut least: Vec<(Vec<usize>, Witness)> = Vec::new();
+        for (cell, value) in values(search, &witness, holds) {
+            let mut changed = witness.clone();
+            changed.start.insert(cell, value);
+            let left = search.broken(&changed);
+            if left.contains(&first) || seen.contains(&changed.start) {
+                continue;
+            }
+            let fewest = least.first().map_or(usize::MAX, |(one, _)| one.len());
+            if left.len() < fewest {
+                least.clear();
+            }
+            if left.len() <= fewest {
+                least.push((left, changed));
+            }
+        }
+        let mut longest = 0;
+        if least.len() > 1 {
+            let times = least.iter().map(|(_, one)| Ok(search.real(one)?.replay.total));
+            let times = times.collect::<Result<Vec<Picos>, String>>()?;
+            longest = (0..times.len()).max_by_key(|&at| times[at]).unwrap_or(0);
+        }
+        if least.is_empty() {
+            return Ok(None);
+        }
+        (broken, witness) = least.swap_remove(longest);
+        seen.push(witness.start.clone());
+    }
     let mut run = search.real(&witness)?;
-    if run.is_possible() && !search.is_large() || is_as_long(&run, &found.best) {
-        return Ok(Ok(found));
+    if !run.is_possible() {
+        return Ok(None);
     }
-    // The values that are still to be tried of each present value.
-    let mut values: Vec<Vec<u16>> = presents.iter().map(|(_, holds)| constants(holds)).collect();
-    while search.is_large() {
-        let broken = run.replay.broken_invariants.iter();
-        let broken: Vec<usize> = broken.filter_map(|one| one.checked_sub(first)).collect();
-        if broken.is_empty() {
-            break;
-        }
-        for at in broken {
-            let Some(((present, _), value)) =
-                presents.get(at).zip(values.get_mut(at).and_then(Vec::pop))
-            else {
-                return Ok(Err(found));
-            };
-            witness.start.insert(*present, value);
-        }
-        run = search.real(&witness)?;
-        if is_as_long(&run, &found.best) {
-            found.note(search.program, &mut run);
-            (found.best, found.witness) = (run, witness);
-            return Ok(Ok(found));
-        }
-    }
-    Ok(Err(found))
+    let mut repaired = found.clone();
+    repaired.note(search.program, &mut run);
+    (repaired.best, repaired.witness) = (run, witness);
+    Ok(Some(repaired))
 }
 
-/// The same run from a start state in which one of these bits has another value. `started` are the start values that
-/// the run read. `Err` with the run as it was if each such scan is impossible or shorter, or if the program is not
-/// large: there nothing is tried.
-fn without(
-    search: &RunSearch<'_>,
-    part: &[(BitTarget, bool)],
-    started: &BTreeMap<Cell, u16>,
-    mut found: RunResults,
-) -> Result<Result<RunResults, RunResults>, String> {
-    for &(bit, value) in part.iter().filter(|_| search.is_large()) {
-        let cell = bit.cell();
-        let before = started.get(&cell).copied().unwrap_or(0);
-        let mask = match bit {
-            BitTarget::Cell(_) => 1,
-            BitTarget::WordBit(_, bit) => 1 << bit,
-        };
-        let mut witness = found.witness.clone();
-        witness.start.insert(cell, if value { before & !mask } else { before | mask });
-        let mut run = search.real(&witness)?;
-        if is_as_long(&run, &found.best) {
-            found.note(search.program, &mut run);
-            (found.best, found.witness) = (run, witness);
-            return Ok(Ok(found));
+/// Other values for each cell that a condition on a start state reads, those of words first: for a word those with
+/// which it is compared; for a bit the other one.
+fn values(search: &RunSearch<'_>, witness: &Witness, holds: &Logic) -> Vec<(Cell, u16)> {
+    let start = |cell| search.start_value(witness, cell);
+    let (mut bits, mut words, mut compared) = (Vec::new(), Vec::new(), vec![0]);
+    holds.each_read(&mut |source| match source {
+        Source::Bit(BitSource::Cell(cell)) => bits.push((cell, start(cell) ^ 1)),
+        Source::Bit(BitSource::WordBit(cell, bit)) => bits.push((cell, start(cell) ^ 1 << bit)),
+        Source::Word(WordSource::Cell(cell)) => {
+            words.push(cell);
+            compared.push(start(cell));
         }
-    }
-    Ok(Err(found))
-}
-
-/// The constants with which a condition compares words, and 0.
-fn constants(holds: &Logic) -> Vec<u16> {
-    let mut constants = vec![0];
-    holds.each_read(&mut |source| {
-        if let Source::Word(WordSource::Const(value)) = source {
-            constants.push(value);
-        }
+        Source::Word(WordSource::Const(value)) => compared.push(value),
+        _ => {}
     });
-    constants.sort_unstable();
-    constants.dedup();
-    constants
+    compared.sort_unstable();
+    compared.dedup();
+    let compared = &compared;
+    let of_word = |word| compared.iter().map(move |&value| (word, value));
+    words.into_iter().flat_map(of_word).chain(bits).collect()
 }
 
 /// The longest real run in which no timer runs out, in this scan or before it. `None` if the longest run found is
@@ -341,8 +363,8 @@ impl<'a> States<'a> {
     }
 
     /// The relays and words that hold when a scan starts what the scan before left, each with its bits, as far as the
-    /// model reads them, apart from the memories of instructions. Words of one number are one. Empty without [`Trust::All`] if the facts name no
-    /// devices under `[internal]`. `None` if there are too many.
+    /// model reads them, apart from the memories of instructions. Words of one number are one. Empty without
+    /// [`Trust::All`] if the facts name no devices under `[internal]`. `None` if there are too many.
     fn left(
         &self,
         model: &ScanModel,
@@ -356,11 +378,20 @@ impl<'a> States<'a> {
         let lasts = |cell: Cell| !self.program.timekeeping.scratch.contains(&cell.area);
         let known: BTreeSet<Cell> = memories.iter().map(|bit| bit.cell()).collect();
         let is_new = |cell: Cell| lasts(cell) && !known.contains(&cell);
-        let words: BTreeSet<Cell> = words(model).into_iter().collect();
-        let words = words.into_iter();
-        let words: Vec<Cell> = words
-            .filter(|&cell| is_new(cell) && exclusive.is_word_left_by_scan(cell))
-            .collect();
+        // With a word, the others of the same number: the program may change only these.
+        let mut numbers = BTreeSet::new();
+        for mut word in words(model) {
+            while exclusive.is_upper_word(word) {
+                word.index -= 1;
+            }
+            numbers.insert(word);
+            while exclusive.is_upper_word(word.plus(1)) {
+                word = word.plus(1);
+                numbers.insert(word);
+            }
+        }
+        let is_left = |cell: &Cell| is_new(*cell) && exclusive.is_word_left_by_scan(*cell);
+        let words: Vec<Cell> = numbers.into_iter().filter(is_left).collect();
         if words.len() > MAX_WORDS {
             return None;
         }
