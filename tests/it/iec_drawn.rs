@@ -70,13 +70,11 @@ fn nothing_is_taken_over_from_a_function_that_is_not_enabled() {
     // ENO says what EN was, whatever the block itself writes.
     let unit = "<pou name=\"B\" pouType=\"functionBlock\"><interface><inOutVars><variable name=\"c\"><type><BOOL/></type></variable></inOutVars></interface>\
                 <body><ST><p>c := FALSE;</p></ST></body></pou>";
-    let handed = "<inOutVariables><variable formalParameter=\"c\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn></variable></inOutVariables>";
     let body = format!(
         "<LD>{RAIL}{}{}{}{}</LD>",
         contact(1, "", 0, "x"),
         wired(2, "x"),
-        block(3, "typeName=\"B\" instanceName=\"b\"", &[("EN", (1, ""))], &["ENO"])
-            .replace("<inOutVariables/>", handed),
+        block(3, "typeName=\"B\" instanceName=\"b\"", &[("EN", (1, "")), ("c", (2, ""))], &["ENO"]),
         coil(5, 3, "y").replace("formalParameter=\"\"", "formalParameter=\"ENO\"")
     );
     assert!(may(unit, "x:BOOL y:BOOL b:B", &body, "y AND NOT x"));
@@ -471,4 +469,25 @@ fn texts_and_structures_are_copied_into_the_results_of_functions() {
     }
     let of = |text: &str| bound_of(text, "COPY_TEXT").expect("a bound");
     assert!(of(&as_drawn(&drawn("<string/>"))) < of(&drawn("<string/>")));
+}
+
+#[test]
+fn what_is_passed_to_a_pin_apart_from_the_inputs_is_refused() {
+    // Generators pass nothing to it, so that the block works on another variable.
+    let unit = "<pou name=\"T\" pouType=\"functionBlock\"><interface><inOutVars><variable name=\"c\"><type><BOOL/></type></variable></inOutVars></interface>\
+                <body><ST><p>c := TRUE;</p></ST></body></pou>";
+    let passed = block(2, "typeName=\"T\" instanceName=\"t\"", &[("c", (1, ""))], &[]);
+    let input = passed.find("<variable formalParameter").expect("a pin");
+    let end = passed.find("</inputVariables>").expect("an end");
+    let pin = &passed[input..end];
+    let apart = passed
+        .replacen(pin, "", 1)
+        .replace("<inOutVariables/>", &format!("<inOutVariables>{pin}</inOutVariables>"));
+    let body = |block: &str| format!("<FBD>{}{block}</FBD>", wired(1, "v"));
+    let (variables, condition) = ("v:BOOL t:T", "NOT v");
+    assert!(!may(unit, variables, &body(&passed), condition));
+    let text = project(unit, variables, &body(&apart), condition);
+    let refusal = bound(&text).expect_err("it is refused").join("; ");
+    assert!(refusal.contains("write it under <inputVariables>"), "{refusal}");
+    assert!(bound(&as_drawn(&text)).is_ok());
 }

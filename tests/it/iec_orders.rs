@@ -322,10 +322,7 @@ fn a_way_that_is_looked_at_before_a_block_is_not_taken_to_come_behind_it() {
     // x has v as it was before the block set it, or as it is then.
     let unit = "<pou name=\"T\" pouType=\"functionBlock\"><interface><inOutVars><variable name=\"c\"><type><BOOL/></type></variable></inOutVars>\
                 <outputVars><variable name=\"q\"><type><BOOL/></type></variable></outputVars></interface><body><ST><p>c := TRUE; q := FALSE;</p></ST></body></pou>";
-    let sets = block(2, "typeName=\"T\" instanceName=\"t\"", &[], &["q"]).replace(
-        "<inOutVariables/>",
-        "<inOutVariables><variable formalParameter=\"c\"><connectionPointIn><connection refLocalId=\"3\"/></connectionPointIn></variable></inOutVariables>",
-    );
+    let sets = block(2, "typeName=\"T\" instanceName=\"t\"", &[("c", (3, ""))], &["q"]);
     let clears = coil(9, 0, "v").replace("<coil", "<coil storage=\"reset\"");
     for edge in ["", "edge=\"rising\""] {
         let body = format!(

@@ -208,9 +208,18 @@ impl<'a, 'i> Reader<'a, 'i> {
                         from => Given::Wired(from),
                     },
                 };
+                let is_in_out = list == "inOutVariables";
+                // The generator of Beremiz and OpenPLC passes nothing here. Their own files have it among the inputs.
+                if is_in_out && !self.text.is_codesys && !matches!(given, Given::Nothing) {
+                    let name = name_of(pin);
+                    let what = format!(
+                        "some controllers pass nothing to '{name}' under <inOutVariables>: write it under <inputVariables>"
+                    );
+                    return Err(self.wrong(node, &what));
+                }
                 inputs.push(InputPin {
                     name: name_of(pin).to_owned(),
-                    is_in_out: list == "inOutVariables",
+                    is_in_out,
                     given,
                     negated: is(pin, "negated"),
                     edge: edge(pin),
