@@ -11,6 +11,7 @@ use scanbound_passes::values::Trust;
 use scanbound_replay::run::{Outside, OutsideValues, Run};
 use scanbound_replay::{Readings, RealRun, StopReason, Stopped, in_all_readings};
 use scanbound_timing::price::Prices;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of times that a run sets its inputs: to those of its plan and those of the scan that is to be
@@ -302,7 +303,9 @@ impl Simulation<'_> {
         in_all_readings(run, |readings, mut one| {
             met.extend(readings.keys());
             errors.extend(one.errors.drain(..).map(|(_, error)| (readings.clone(), error)));
-            if shortest.as_ref().is_none_or(|old| one.took() < old.took()) {
+            // Of equally long ones, that with the most scans: in the other readings the scan is among these, too.
+            let rank = |run: &Simulated| (run.took(), Reverse(run.shown));
+            if shortest.as_ref().is_none_or(|old| rank(&one) < rank(old)) {
                 shortest = Some(one);
             }
             let took = shortest.as_ref().and_then(Simulated::took);

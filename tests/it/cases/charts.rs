@@ -534,3 +534,28 @@ fn an_underscore_stands_before_or_after_letters_in_alphabetical_orders() {
     assert!(upper("A1", "A2"));
     assert!(!upper("A2", "A1"));
 }
+
+#[test]
+fn a_run_is_shown_up_to_the_scan_to_which_every_controller_has_come() {
+    let text = "FUNCTION_BLOCK Blk
+        INITIAL_STEP S0: END_STEP STEP S1: END_STEP STEP S2: END_STEP
+        TRANSITION FROM S0 TO S1 := TRUE; END_TRANSITION
+        TRANSITION FROM S1 TO S2 := TRUE; END_TRANSITION
+        END_FUNCTION_BLOCK
+        PROGRAM p
+        VAR i : Blk; once : BOOL; END_VAR
+        i();
+        IF i.S2.X AND NOT once THEN F0(); once := TRUE; END_IF;
+        END_PROGRAM
+        FUNCTION F0 : BOOL END_FUNCTION";
+    let scans = |facts: &str| {
+        let found = audited(text, facts, Trust::All);
+        let took = found.witness_run.iter().map(|scan| scan.took.0 / 1_000_000);
+        assert_eq!(took.max(), Some(microseconds(&found).1), "{facts}");
+        found.witness_run.last().map_or(0, |scan| scan.number)
+    };
+    let first = "transitions are evaluated in the first scan";
+    let [early, late] = [true, false].map(|is| scans(&format!("[controller]\n{first:?} = {is}\n")));
+    assert!(0 < early && early < late, "{early} {late}");
+    assert_eq!(scans(""), late);
+}
