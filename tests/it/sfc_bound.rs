@@ -183,7 +183,7 @@ fn small_charts_have_the_bound_that_the_interpreter_finds() {
 #[test]
 fn a_bound_covers_controllers_on_which_one_of_competing_transitions_clears_or_all() {
     let (mut all, mut higher) = (0, 0);
-    for seed in 0..cases(150) {
+    for seed in 0..cases(100) {
         let mut dice = Dice::new(seed + 11_000_000);
         let depth = 1 + dice.below(2);
         let chart = with_own_inputs(chart(&mut dice, depth, 3, &[Qualifier::N, Qualifier::S]));
