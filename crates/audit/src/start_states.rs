@@ -105,7 +105,7 @@ pub(super) fn keep_possible(
         Ok(None) => return Ok(found),
         Err(Undecided) => return Ok(undecided(found)),
     };
-    // The longest run so far that may start as it does.
+    // The longest run so far whose start state may occur.
     let mut kept: Option<RunResults> = None;
     for _ in 0..MAX_ROUNDS {
         let started = search.started(&found.witness);
@@ -123,6 +123,10 @@ pub(super) fn keep_possible(
             StartState::MayOccur => {
                 let before = found.best.replay.total;
                 kept = Some(found.clone());
+                if trust == Trust::All {
+                    let earlier = earlier_choices(search.program);
+                    program.kinds.retain(|choice, _| !earlier.contains(choice));
+                }
                 RunSearch { program, ..*search }.steer(&mut found, Some(upper))?;
                 if found.best.replay.total == before || Instant::now() >= deadline {
                     break;
