@@ -8,8 +8,8 @@ use scanbound_base::time::Picos;
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Read};
 use scanbound_ir::{
     AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Compare, Frame, Logic,
-    Number, NumberFormat, Program, Region, Relation, Resolution, Source, StartRange, WordSource,
-    WordTarget, Write,
+    Number, NumberFormat, Program, Region, Resolution, Source, StartRange, WordSource, WordTarget,
+    Write,
 };
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -516,14 +516,7 @@ impl<'p> State<'p> {
                 None => return self.choose_bit(choice),
             },
         };
-        match compare.relation {
-            Relation::Equal => order == Ordering::Equal,
-            Relation::NotEqual => order != Ordering::Equal,
-            Relation::Less => order == Ordering::Less,
-            Relation::LessOrEqual => order != Ordering::Greater,
-            Relation::Greater => order == Ordering::Greater,
-            Relation::GreaterOrEqual => order != Ordering::Less,
-        }
+        compare.relation.holds(order, Ordering::Equal)
     }
 
     /// The truth value of `logic` in this state. `condition` is the execution condition of the instruction.
