@@ -54,7 +54,7 @@ fn holds(audit: &Audit) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 8, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_parts_add_up(rungs in prop::collection::vec(any::<(u8, u8, u8)>(), 1..12)) {

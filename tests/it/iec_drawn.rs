@@ -488,6 +488,6 @@ fn what_is_passed_to_a_pin_apart_from_the_inputs_is_refused() {
     assert!(!may(unit, variables, &body(&passed), condition));
     let text = project(unit, variables, &body(&apart), condition);
     let refusal = bound(&text).expect_err("it is refused").join("; ");
-    assert!(refusal.contains("write it under <inputVariables>"), "{refusal}");
+    assert!(refusal.contains("move it to <inputVariables>"), "{refusal}");
     assert!(bound(&as_drawn(&text)).is_ok());
 }

@@ -49,6 +49,9 @@ impl fmt::Display for StartUnknown {
 /// only if there are at most this many.
 const LONGEST_RESULT: u32 = 64;
 
+/// The most words of one number. An instruction that writes more words at once copies a block.
+const LONGEST_NUMBER: usize = 4;
+
 /// The relays of a program that only the program writes, so that it determines their values.
 pub struct ExclusiveRelays<'p> {
     program: &'p Program,
@@ -61,7 +64,7 @@ pub struct ExclusiveRelays<'p> {
     words: BTreeSet<Cell>,
     /// The words of `words` into which an instruction writes the result of an operation.
     computed: BTreeSet<Cell>,
-    /// The words that an instruction writes together with the word before them, such as the upper halves of 32 bits.
+    /// The upper words of numbers: each is written together with the word before it.
     upper: BTreeSet<Cell>,
     /// Regions that a module or network may write at any moment after an instruction has requested it.
     later: Vec<Region>,
@@ -115,9 +118,11 @@ impl<'p> ExclusiveRelays<'p> {
                             })
                         };
                         exclusive.words.extend(words());
-                        let pairs = words().zip(words().skip(1));
-                        let pairs = pairs.filter(|(word, next)| *next == word.plus(1));
-                        exclusive.upper.extend(pairs.map(|(_, next)| next));
+                        if targets.len() <= LONGEST_NUMBER {
+                            let pairs = words().zip(words().skip(1));
+                            let pairs = pairs.filter(|(word, next)| *next == word.plus(1));
+                            exclusive.upper.extend(pairs.map(|(_, next)| next));
+                        }
                         if number.words().any(|word| matches!(word, WordSource::Free(_))) {
                             exclusive.computed.extend(words());
                         }
@@ -153,7 +158,7 @@ impl<'p> ExclusiveRelays<'p> {
         self.words.contains(&cell) && self.is_own(cell).is_ok() && !self.is_written_later(cell)
     }
 
-    /// Whether an instruction writes this word together with the one before it.
+    /// Whether this is an upper word of a number: an instruction writes it together with the word before it.
     #[must_use]
     pub fn is_upper_word(&self, cell: Cell) -> bool {
         self.upper.contains(&cell)

@@ -303,7 +303,7 @@ impl Simulation<'_> {
         in_all_readings(run, |readings, mut one| {
             met.extend(readings.keys());
             errors.extend(one.errors.drain(..).map(|(_, error)| (readings.clone(), error)));
-            // Of equally long ones, that with the most scans: in the other readings the scan is among these, too.
+            // Of equally long ones, that with the most scans: with the same inputs, it contains the scan of the others.
             let rank = |run: &Simulated| (run.took(), Reverse(run.shown));
             if shortest.as_ref().is_none_or(|old| rank(&one) < rank(old)) {
                 shortest = Some(one);

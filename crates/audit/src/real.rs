@@ -195,8 +195,8 @@ impl RunSearch<'_> {
     }
 
     /// Makes a real run of the model's longest scan, which starts from `longest`, in addition to the `early` runs, and
-    /// makes further rounds if it is the longest. `Err` if an operation wrote a cell that its effects do not declare,
-    /// or if a run takes longer than `upper`, the bound on all charges.
+    /// makes it longer if it is the longest of all or the program is large. `Err` if an operation wrote a cell that its
+    /// effects do not declare, or if a run takes longer than `upper`, the bound on all charges.
     pub fn continue_from(
         &self,
         longest: &Witness,
@@ -212,7 +212,7 @@ impl RunSearch<'_> {
         // Of two equally long runs, the model's own is shown.
         let before = std::mem::replace(&mut found.best, one);
         let start = std::mem::replace(&mut found.witness, longest.clone());
-        // Steering leads elsewhere from here, even if this run is the shorter one.
+        // Steering may make this run the longest one, even if it is not.
         if self.is_large() || goes_on && found.best.replay.total > early {
             self.lengthen(&mut found, Some(upper), &mut gates)?;
         }

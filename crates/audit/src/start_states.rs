@@ -31,7 +31,7 @@ const MAX_CHANGES: usize = 400;
 /// If a start state breaks so many invariants, it is not changed for one after another.
 const MANY: usize = 8;
 /// The longest time that the exclusion of start states may take.
-const LONGEST: Duration = Duration::from_secs(5);
+const LONGEST: Duration = Duration::from_secs(10);
 /// The largest model that is examined: its nodes and questions about words.
 const LARGEST: usize = 4_000_000;
 /// The most relays whose states are examined. With more, it is not decided which states occur.

@@ -213,7 +213,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 if is_in_out && !self.text.is_codesys && !matches!(given, Given::Nothing) {
                     let name = name_of(pin);
                     let what = format!(
-                        "some controllers pass nothing to '{name}' under <inOutVariables>: write it under <inputVariables>"
+                        "Beremiz and OpenPLC leave out what <inOutVariables> passes to '{name}': move it to <inputVariables>"
                     );
                     return Err(self.wrong(node, &what));
                 }
