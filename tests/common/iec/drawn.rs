@@ -126,13 +126,9 @@ fn block(
         let (name, edge, from) = (one.name, edge(one.edge), point(&one.from));
         list += &format!("<variable formalParameter=\"{name}\"{negated}{edge}>{from}</variable>");
     }
-    let handed: String = ["r", "z"]
-        .iter()
-        .zip(both)
-        .map(|(name, from)| {
-            format!("<variable formalParameter=\"{name}\">{}</variable>", point(&[*from]))
-        })
-        .collect();
+    for (name, from) in ["r", "z"].iter().zip(both) {
+        list += &format!("<variable formalParameter=\"{name}\">{}</variable>", point(&[*from]));
+    }
     let all = enable.map(|_| "ENO").into_iter().chain(outputs.iter().copied());
     let all: String = all
         .map(|name| {
@@ -142,7 +138,7 @@ fn block(
     (
         format!("block {head}"),
         format!(
-            "<inputVariables>{list}</inputVariables><inOutVariables>{handed}</inOutVariables>\
+            "<inputVariables>{list}</inputVariables><inOutVariables/>\
              <outputVariables>{all}</outputVariables>"
         ),
     )
