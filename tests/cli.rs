@@ -1,6 +1,6 @@
 //! The command line as its users meet it: arguments, output and exit codes.
 
-#[path = "common/command.rs"]
+#[path = "it/command.rs"]
 mod command;
 
 use command::{binary, scanbound};

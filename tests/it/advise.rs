@@ -1,8 +1,6 @@
 //! Which statement lowers a bound most: each bound that is told is that of an audit with that line among the facts. And
 //! what the fact [exclusive] states is believed, no more and no less.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use scanbound::audit::advise::{Advice, AdviceKind, AdviceSettings, advise};
 use scanbound::audit::{Audit, Failure, audit, conclude, follow};

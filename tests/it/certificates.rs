@@ -1,8 +1,7 @@
 //! Certificates hold before another solver: the `z3` binary answers each question as the file says, and Z3 itself those
 //! on what scans keep.
 
-use crate::common;
-use crate::common::command::binary;
+use crate::command::binary;
 
 use common::audited::{asked, listed, table};
 use scanbound::audit::{Concluded, certificates as files_of, conclude, follow};

@@ -1,8 +1,8 @@
 //! The interpreter of charts that other tests compare with, tested by itself.
 
-use crate::common::chart_run::control::{Control, Input, Output};
-use crate::common::chart_run::evaluate::{Memory, Value};
-use crate::common::chart_run::run::{Options, Run};
+use common::chart_run::control::{Control, Input, Output};
+use common::chart_run::evaluate::{Memory, Value};
+use common::chart_run::run::{Options, Run};
 use scanbound::iec::chart::Qualifier as K;
 use scanbound::iec::parse::{expression, file, statements};
 use scanbound::iec::{Body, Pou};

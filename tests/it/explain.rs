@@ -1,6 +1,6 @@
 //! What is told of instructions is what audits do with them, and every code that can be met is told of.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use scanbound::audit::explain::{Follow, explain, names};
 use scanbound::audit::{Request, audit};
 use scanbound::base::code::Code;

@@ -1,8 +1,7 @@
 //! What the user states beside the program: believed where it has use, told where it has none, refused where it is
 //! wrong.
 
-use crate::common;
-use crate::common::command::binary;
+use crate::command::binary;
 
 use common::audited::{audited, table};
 use scanbound::audit::Concluded;

@@ -1,8 +1,7 @@
 //! Whether the program keeps or breaks what is stated to hold whenever a scan starts: told of what is plain to see, and
 //! of random programs held against all their scans, run by an interpreter of the test's own.
 
-use crate::common;
-use crate::common::command::binary;
+use crate::command::binary;
 
 use common::audited::{audited, table};
 use common::tape::{Tape, cases, on_tapes};

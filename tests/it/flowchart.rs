@@ -1,8 +1,6 @@
 //! Flowchart programs: the bound against an interpreter of their own, over everything that can be open in a pass
 //! and over many passes; the documents' cases with bound and way.
 
-use crate::common;
-
 use common::flowcharts::{Every, Weather, generate};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::audit::verdict::{Check, Margin, Verdict};
@@ -13,7 +11,7 @@ use scanbound::front::Input;
 use scanbound::front::flowchart::decode::{decode, mnemonic};
 use scanbound::front::flowchart::interpret::{Ended, Machine, PassResult, State};
 use scanbound::front::flowchart::{Op, Source, read_text};
-use scanbound::timing::table::Table;
+use scanbound::timing::table::{Row, Table};
 use std::collections::BTreeSet;
 
 fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit, String> {
@@ -24,11 +22,13 @@ fn audited(name: &str, text: &str, table: &Table, latched: bool) -> Result<Audit
     audit(&request).map_err(|failure| format!("{failure:?}"))
 }
 
-fn cost(source: &Source, table: &Table, pass: &PassResult) -> Picos {
-    let one = |&(at, held): &(usize, bool)| {
-        let row = table.row(mnemonic(source.instructions[at].op)).expect("a time");
-        if held { row.on } else { row.off }
-    };
+/// The rows with the times of each instruction.
+fn rows<'a>(source: &Source, table: &'a Table) -> Vec<&'a Row> {
+    source.instructions.iter().map(|one| table.row(mnemonic(one.op)).expect("a time")).collect()
+}
+
+fn cost(rows: &[&Row], pass: &PassResult) -> Picos {
+    let one = |&(at, held): &(usize, bool)| if held { rows[at].on } else { rows[at].off };
     pass.ran.iter().map(one).sum()
 }
 
@@ -38,6 +38,7 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
     let table = Table::parse("times", table.as_bytes()).map_err(|f| told(format!("{f:?}")))?.table;
     let source = read_text("random", &text).map_err(|faults| told(format!("{faults:?}")))?;
     let audit = audited("random", &text, &table, latched).map_err(told)?;
+    let rows = rows(&source, &table);
     let upper = audit.bound.upper;
     // What GS does to a group that runs nobody tells: no lower bound rests on it.
     let settled = !source.instructions.iter().any(|one| matches!(one.op, Op::Start(_)));
@@ -60,7 +61,7 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
                 complete = false;
                 break 'all;
             }
-            let cost = cost(&source, &table, &pass);
+            let cost = cost(&rows, &pass);
             if cost > upper && audit.unbounded.is_empty() {
                 return Err(told(format!("the bound is {upper}, a pass takes {cost}: {pass:?}")));
             }
@@ -96,7 +97,7 @@ fn check(tape: &[u16], latched: bool) -> Result<(), String> {
             }
             break;
         }
-        let cost = cost(&source, &table, &pass);
+        let cost = cost(&rows, &pass);
         if cost > upper && audit.unbounded.is_empty() {
             return Err(told(format!("the bound is {upper}, a later pass takes {cost}: {pass:?}")));
         }
@@ -209,6 +210,7 @@ fn no_pass_of_the_cases_is_longer_than_the_bound_and_some_pass_attains_it() {
         let stated: Vec<String> = audit.facts.iter().map(ToString::to_string).collect();
         let told = latched.then_some("the inputs are copied to an image once per pass");
         assert_eq!(stated, told.into_iter().collect::<Vec<_>>());
+        let rows = rows(&source, &table);
         let mut most = Picos::ZERO;
         let mut machine = Machine::switched_on(&source, latched);
         let mut weather = Weather(7);
@@ -219,7 +221,7 @@ fn no_pass_of_the_cases_is_longer_than_the_bound_and_some_pass_attains_it() {
             }
             let pass = machine.pass(&mut weather);
             assert_eq!(pass.ended, Ended::Pass, "{name}");
-            most = most.max(cost(&source, &table, &pass));
+            most = most.max(cost(&rows, &pass));
         }
         assert_eq!(most, audit.bound.upper, "{name}");
     }
@@ -294,11 +296,12 @@ fn a_program_of_too_many_states_is_bounded_all_the_same() {
     let source = read_text("a", &text).expect("a program");
     let audit = audited("a", &text, &table, false).expect("an audit");
     assert!(audit.unbounded.is_empty());
+    let rows = rows(&source, &table);
     let mut machine = Machine::switched_on(&source, false);
     let mut weather = Weather(3);
     for _ in 0..3_000 {
         let pass = machine.pass(&mut weather);
-        assert!(cost(&source, &table, &pass) <= audit.bound.upper);
+        assert!(cost(&rows, &pass) <= audit.bound.upper);
     }
 }
 

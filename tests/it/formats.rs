@@ -1,7 +1,7 @@
 //! Several reports of one run, each read back by what reads it elsewhere; the difference of two versions; project
 //! files.
 
-use crate::common::command::scanbound;
+use crate::command::scanbound;
 use quick_junit::{Report, TestCaseStatus};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};

@@ -1,5 +1,5 @@
 //! Host Link as others see it: frames that a script of its own made, and an emulated C200H on a pseudo-terminal.
-use crate::common::command::binary;
+use crate::command::binary;
 use scanbound::link::device::Device;
 use scanbound::link::hostlink::{self, AREAS};
 use scanbound::link::serial::Settings;

@@ -1,6 +1,6 @@
 //! The page for a browser holds what the report holds, all rungs, and nothing that a project could slip into it.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 
 /// The page of a project.

@@ -1,8 +1,8 @@
 //! What controllers do differently in calls: what they do where EN is false, in which order they pass inputs and take
 //! outputs, and how often they call what is an operand.
 
-use crate::common::audited::{audited, table};
-use crate::common::iec::probe;
+use common::audited::{audited, table};
+use common::iec::probe;
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;
 

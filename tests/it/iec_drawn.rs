@@ -1,7 +1,7 @@
 //! Ladder and function block diagrams of PLCopen XML as the analysis follows them, where a slip would make a bound too
 //! low.
 
-use crate::common::iec::xml as iec_xml;
+use common::iec::xml as iec_xml;
 
 use iec_xml::{
     RAIL, as_drawn, at, block, bound, bound_of, chart, coil, contact, may, out, project, wired,

@@ -1,7 +1,7 @@
 //! What calls read and change out of sight: in the index of a called instance, in EN and ENO, in the flags of steps,
 //! and behind references.
 
-use crate::common::audited::{audited, table};
+use common::audited::{audited, table};
 use scanbound::base::facts::Facts;
 
 const UNITS: &str = "

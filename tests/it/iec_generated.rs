@@ -1,7 +1,7 @@
 //! Drawings as generators of text make programs of them (Beremiz, OpenPLC), where that differs from the standard; and
 //! what of a drawing is refused, since it would be left out.
 
-use crate::common::iec::xml as iec_xml;
+use common::iec::xml as iec_xml;
 
 use scanbound::base::facts::{ActionOrder, Facts};
 

@@ -1,8 +1,8 @@
 //! Connections of a drawing that generators of text leave out (Beremiz, OpenPLC), and edges that they detect once: such
 //! drawings are refused.
 
-use crate::common::iec::xml as iec_xml;
 use crate::iec_generated::refusal;
+use common::iec::xml as iec_xml;
 
 use iec_xml::{RAIL, at, bound, coil, contact, out, project, wired};
 

@@ -1,7 +1,7 @@
 //! Drawings of PLCopen XML as tools carry them out: in which order, how often contacts are looked at, and what that
 //! costs.
 
-use crate::common::iec::xml as iec_xml;
+use common::iec::xml as iec_xml;
 
 use iec_xml::{
     RAIL, as_drawn, at, block, bound, bound_of, chart, coil, contact, may, moved, out, project,

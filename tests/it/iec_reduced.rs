@@ -1,7 +1,7 @@
 //! Small IEC 61131-3 programs that were made from random ones whose bound was too low, or that were refused without a
 //! reason.
 
-use crate::common::iec::probe::{self, PROBE, audited};
+use common::iec::probe::{self, PROBE, audited};
 use scanbound::passes::values::Trust;
 
 /// Whether a condition may hold behind some statements. Panics where the program is refused.

@@ -1,7 +1,7 @@
 //! docs/json.md, the schemas and the JSON that is written against each other: every key is documented, what is
 //! documented is written, and what is written keeps to its schema.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;

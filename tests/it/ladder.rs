@@ -1,7 +1,5 @@
 //! Rungs as they are drawn say what the instruction list says.
 
-use crate::common;
-
 use common::melsec::decoded;
 use scanbound::base::facts::Facts;
 use scanbound::front::melsec::memory::Family;

@@ -4,9 +4,7 @@
 //! The ordinary run takes little files. `SCANBOUND_LARGE=1 cargo test --release --test it large:: -- --nocapture` takes
 //! those of 10 MB, holds each to its memory, and prints what it took.
 
-use crate::common;
-
-use common::measured::run;
+use crate::measured::run;
 use std::fmt::Write;
 
 /// What a large run may take, in kilobytes.

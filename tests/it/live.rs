@@ -1,6 +1,6 @@
 //! `serve` and `live` together, as their users start them: an emulated CPU on loopback, and who reads it.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};

@@ -1,8 +1,6 @@
 //! Bounds that an audit gives where what a scan takes hangs on real values: the upper one is never below what a PLC can
 //! take, the lower one never above, and `exact` is said only where they meet.
 
-use crate::common;
-
 use common::audited::{audited, table};
 use scanbound::base::facts::Facts;
 

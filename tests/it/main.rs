@@ -1,8 +1,5 @@
 //! Integration tests: programs, tables and reports with known results, through the library and the command line.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod advise;
 mod architecture;
 mod breakdown;
@@ -10,6 +7,7 @@ mod calibrate;
 mod cases;
 mod certificates;
 mod chart_runs;
+mod command;
 mod cpus;
 mod examples;
 mod explain;
@@ -43,6 +41,7 @@ mod large;
 mod limits;
 mod live;
 mod lower_bounds;
+mod measured;
 mod melsec_families;
 mod melsec_meaning;
 mod method;

@@ -1,8 +1,6 @@
 //! What MELSEC's families do differently, above all the FX and FX5: each test names operations that one of them can
 //! run in one scan, though the others cannot.
 
-use crate::common;
-
 use common::melsec::{decoded, together};
 use scanbound::base::facts::Facts;
 use scanbound::front::melsec::memory::Family;

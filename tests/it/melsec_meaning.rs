@@ -1,8 +1,6 @@
 //! What MELSEC instructions really do: the interpreter's results against those of a PLC made from the manuals alone,
 //! and where no manual settles them, that it says so.
 
-use crate::common;
-
 use common::melsec::decoded;
 use common::plc::{Device, Line, Luck, Plc, line};
 use scanbound::base::facts::Facts;

@@ -1,6 +1,6 @@
 //! The search as its users see it: which one found a maximum, its steps, and what a second solver says.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::process::Output;
 use unicode_width::UnicodeWidthStr;

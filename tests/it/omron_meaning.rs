@@ -1,8 +1,6 @@
 //! What OMRON instructions really do, against a simulator that was written from the manuals apart: results, carry and
 //! the flag of zero over random and odd values; what no manual settles is not known.
 
-use crate::common;
-
 use common::real::{RealRun, real};
 
 /// A source of numbers that is the same in every run.

@@ -1,6 +1,6 @@
 //! Runs from power-up to the scan that refutes a limit: told where there is one, never of a state that none leads to.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::io::Write as _;
 use std::process::Output;

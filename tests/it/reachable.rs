@@ -2,8 +2,6 @@
 //! from power-up takes longer than the bound with `--trust all`, whatever inputs do, and the bound is never above one
 //! that trusts less.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use common::plc::{Device, Line, Luck, Plc, line};
 use common::tape::{Tape, cases, on_tapes};

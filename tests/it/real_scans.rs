@@ -1,7 +1,6 @@
 //! Programs run as a PLC runs them: what instructions with an exact meaning really do, in every dialect.
 
-use crate::common;
-use crate::common::command::binary;
+use crate::command::binary;
 
 use common::real::{RealRun, real};
 

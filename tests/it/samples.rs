@@ -1,6 +1,6 @@
 //! The samples' audits: what must hold of every report, whatever the program.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 
 /// What is audited, by the arguments behind `audit`.

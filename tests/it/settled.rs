@@ -1,8 +1,6 @@
 //! What indices lead to, with no dialect in front: random programs in which choices read and write by an index, of
 //! which one instruction may read some under several conditions. From no start does a real scan exceed the bound.
 
-use crate::common;
-
 use common::bound::bound;
 use common::ir::{bit, times, word};
 use common::tape::{Tape, cases, on_tapes};

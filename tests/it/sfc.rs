@@ -1,6 +1,6 @@
 //! Charts as users meet them: samples, their explicit forms, and files that are broken in every way.
 
-use crate::common::iec::xml as drawn;
+use common::iec::xml as drawn;
 use scanbound::iec::chart::coactive::{BUDGET, Basis, Finding, Other, analyse};
 use scanbound::iec::chart::explicit::explicit;
 use scanbound::iec::chart::structure::structure;

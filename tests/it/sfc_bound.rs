@@ -1,13 +1,13 @@
 //! The bound of charts, against the interpreter that runs the chart itself: the same on small charts, over all states
 //! that can be reached, all inputs and times; never below it in long runs of larger ones.
 
-use crate::common::charts;
-use crate::common::tape::cases;
+use common::charts;
+use common::tape::cases;
 
-use crate::common::chart_run::control::Output;
-use crate::common::chart_run::evaluate::Value;
-use crate::common::chart_run::run::{Options, Run};
 use charts::{Dice, chart, is_done_alike};
+use common::chart_run::control::Output;
+use common::chart_run::evaluate::Value;
+use common::chart_run::run::{Options, Run};
 use scanbound::audit::{Concluded, Request, audit, coactivity, conclude, follow};
 use scanbound::base::facts::{ActionOrder, Facts};
 use scanbound::base::time::Picos;

@@ -1,13 +1,13 @@
 //! A chart whose stored actions were rewritten as explicit parallels behaves as before: both are run side by side, scan
 //! by scan, and every action has the same state in every one.
 
-use crate::common::charts;
-use crate::common::tape::cases;
+use common::charts;
+use common::tape::cases;
 
-use crate::common::chart_run::control::Output;
-use crate::common::chart_run::evaluate::Value;
-use crate::common::chart_run::run::{Options, Run};
 use charts::{Dice, INPUTS, chart, program};
+use common::chart_run::control::Output;
+use common::chart_run::evaluate::Value;
+use common::chart_run::run::{Options, Run};
 use scanbound::iec::chart::coactive::{Basis, analyse};
 use scanbound::iec::chart::explicit::explicit;
 use scanbound::iec::chart::{Chart, Qualifier};

@@ -1,16 +1,16 @@
 //! Macro steps: charts with them are run as they are drawn, each macro step with its own chart, and held against the
 //! charts in which they are replaced, against these written without them, and against the bound.
 
-use crate::common::charts;
 #[allow(dead_code)] // each test file uses its part
-use crate::common::command::binary;
-use crate::common::macros;
-use crate::common::tape::cases;
+use crate::command::binary;
+use common::charts;
+use common::macros;
+use common::tape::cases;
 
-use crate::common::chart_run::control::Output;
-use crate::common::chart_run::evaluate::Value;
-use crate::common::chart_run::run::{Options, Run};
 use charts::Dice;
+use common::chart_run::control::Output;
+use common::chart_run::evaluate::Value;
+use common::chart_run::run::{Options, Run};
 use macros::{Ask, Drawn, MS, Machine, Plan, drawn};
 use scanbound::audit::{Request, audit};
 use scanbound::base::facts::Facts;

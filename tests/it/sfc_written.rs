@@ -1,8 +1,8 @@
 //! Charts as they are written: forms that the schema allows and that other tools follow, the same charts when they are
 //! read again, and what is kept of the file in which they take their places.
 
-use crate::common::charts;
-use crate::common::tape::cases;
+use common::charts;
+use common::tape::cases;
 
 use charts::{Dice, chart, program};
 use roxmltree::{Document, Node};

@@ -1,6 +1,6 @@
 //! What slips of a newcomer get: files that would be lost, names that mean nothing, and projects that are not read.
 
-use crate::common::command::scanbound;
+use crate::command::scanbound;
 use std::path::Path;
 
 const PROGRAM: &str = "LD X0\nMOV K1 D0\nEND\n";

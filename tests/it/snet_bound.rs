@@ -1,8 +1,7 @@
 //! The bound of a net's code with what the net knows, against a C200H made from the manual alone: no scan of thousands
 //! from power-up on takes longer, and every set of relays that the bound rests on is kept when scans start.
 
-use crate::common;
-use crate::common::tape::cases;
+use common::tape::cases;
 
 use common::snet::{Random, random_net, ring_net};
 use scanbound::audit::{Audit, Request, conclude, follow, net_bound};

@@ -1,10 +1,8 @@
 //! Code of S-nets, run by the interpreter: it follows the net's rule wherever `snet check` says so, and parts from it
 //! only where that told it. Every target is read back by its own front.
 
-use crate::common;
-
-use crate::common::chart_run::evaluate::Value;
-use crate::common::chart_run::run::{Options as RunOptions, Run};
+use common::chart_run::evaluate::Value;
+use common::chart_run::run::{Options as RunOptions, Run};
 use common::passed::passed;
 use common::snet::{Plain, Random, random_net, ring_net, valuations};
 use scanbound::base::facts::Facts;

@@ -1,7 +1,7 @@
 //! The monitor against an emulated C200H on a pseudo-terminal: every value that it shows is one that the PLC had within
 //! that poll, whatever becomes of the line. `SCANBOUND_CASES=15` has it watch for a minute.
-use crate::common::command::binary;
-use crate::common::tape::cases;
+use crate::command::binary;
+use common::tape::cases;
 use scanbound::base::facts::Facts;
 use scanbound::base::time::{Picos, Times};
 use scanbound::emulated::{Cpu, Disturbance};

@@ -1,6 +1,6 @@
 //! `snet simulate` in batch and `snet draw`, as their users start them.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use std::path::Path;
 use std::process::Output;
 

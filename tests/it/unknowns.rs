@@ -1,8 +1,6 @@
 //! What the report names as not known: counts, and writes of which it is not known where they go, causes before what
 //! follows.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use scanbound::audit::{Audit, UnknownKind, conclude, follow, what_if};
 use scanbound::base::facts::Facts;

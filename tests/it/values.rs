@@ -1,7 +1,6 @@
 //! What words can hold where they count: within a scan whoever writes between scans, and what the program writes in
 //! every scan where that is trusted.
 
-use crate::common;
 #[path = "values/domain.rs"]
 mod domain;
 

@@ -1,8 +1,6 @@
 //! What stating counts is worth and what trust is: each bound that is told beside the bound is that of an audit which
 //! is asked just so.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use scanbound::audit::{
     Audit, LimitedCount, Request, SolvedBound, WhatIf, audit, conclude, follow, what_if,

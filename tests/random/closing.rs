@@ -2,8 +2,6 @@
 //! longest scan of a PLC made from the manuals alone, over all of them, is what the lower bound says. The interpreter
 //! that finds lower bounds and the analysis have no part in it.
 
-use crate::common;
-
 use common::audited::{audited, table};
 use common::few::{generate, indexed, rows};
 use common::plc::{Device, Executed, Line, Luck, Plc, line};

@@ -4,10 +4,8 @@
 //! `SCANBOUND_SEED` on, every 50th of them blown up to 10 MB, and holds each to 5 s and 1 GB besides. What fails is
 //! kept in `target/hostile`.
 
-use crate::common;
-
+use crate::measured::{Run, run};
 use common::hostile::{Case, Random, case};
-use common::measured::{Run, run};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -5,11 +5,11 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_drawn_random::` runs more of them.
 
-use crate::common::iec::drawn;
-use crate::common::iec::generate;
-use crate::common::iec::machine;
-use crate::common::iec::probe::{self, PROBE, bound};
-use crate::common::tape::{cases, seeds};
+use common::iec::drawn;
+use common::iec::generate;
+use common::iec::machine;
+use common::iec::probe::{self, PROBE, bound};
+use common::tape::{cases, seeds};
 
 use drawn::Manner;
 use generate::{Body, Case, Code, Dice, GLOBALS, INPUTS, PRESETS};

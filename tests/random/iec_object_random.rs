@@ -9,10 +9,10 @@
 
 #![allow(clippy::print_stdout, reason = "what is refused and found too low is shown for each seed")]
 
-use crate::common::iec::generate::Dice;
-use crate::common::iec::probe::{self, PROBE, audited};
-use crate::common::iec::st::{place, print, project, reduce, run, standard, tree};
-use crate::common::tape::{cases, seeds};
+use common::iec::generate::Dice;
+use common::iec::probe::{self, PROBE, audited};
+use common::iec::st::{place, print, project, reduce, run, standard, tree};
+use common::tape::{cases, seeds};
 
 use place::{Counting, Value};
 use run::Machine;

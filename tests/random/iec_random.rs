@@ -5,10 +5,10 @@
 //!
 //! `SCANBOUND_CASES=100 cargo test --release --test random iec_random::` runs more of them.
 
-use crate::common::iec::generate::Dice;
-use crate::common::iec::machine;
-use crate::common::iec::probe::{self, PROBE, audited};
-use crate::common::tape::{cases, seeds};
+use common::iec::generate::Dice;
+use common::iec::machine;
+use common::iec::probe::{self, PROBE, audited};
+use common::tape::{cases, seeds};
 
 use machine::{
     BOOL, COLOUR, COLOURS, DINT, Expr, INT, Machine, Of, SINT, Scope, Statement, Ty, UINT, USINT,

@@ -1,7 +1,5 @@
 //! MELSEC programs whose longest scan is easily overlooked: each names operations that can all run in one scan.
 
-use crate::common;
-
 use common::bound::bound;
 use common::melsec::{decoded, longest, together};
 use scanbound::base::facts::Facts;

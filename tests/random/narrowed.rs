@@ -2,8 +2,6 @@
 //! they were and as the pass left them, which lowered what they count, how often they repeat and where their indices
 //! write. Each scan must count as much, repeat as often and write as far.
 
-use crate::common;
-
 use common::ir::{Taste, bit, generate, word};
 use common::tape::{Tape, cases, on_tapes};
 use scanbound::base::location::Location;

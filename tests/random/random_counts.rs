@@ -1,8 +1,6 @@
 //! What words of OMRON programs are found to hold where they count, against a PLC made from the manuals alone: no scan
 //! counts further than was found, ends with other values in trusted words, or takes longer than its bound.
 
-use crate::common;
-
 use common::audited::{listed, table};
 use common::lines::DrawsLines;
 use common::omron_plc::{Chance, Plc, Scanned, Word};

@@ -1,8 +1,6 @@
 //! What stating something is worth, on random programs: every bound that is told beside a bound is that of a run with
 //! those facts, to the picosecond; what is stated never makes a bound higher; and the more is trusted, the lower it is.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use common::counting::{Taste, generate};
 use common::tape::{Tape, cases, on_tapes};

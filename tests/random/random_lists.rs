@@ -1,8 +1,6 @@
 //! The bound of random MELSEC lists: its witness reaches it, and neither the interpreter nor a PLC made from the
 //! manuals alone finds a scan above it.
 
-use crate::common;
-
 use common::bound::{Bound, bound_knowing, bound_within};
 use common::list::{Part, Taste, generate};
 use common::passed::passed;

@@ -1,8 +1,6 @@
 //! Random OMRON programs in both spellings, run on an emulator of their own on every state: the bound is the
 //! longest scan.
 
-use crate::common;
-
 use common::bound::bound;
 use common::passed::passed;
 use common::tape::{Tape, cases, on_tapes};

@@ -1,7 +1,5 @@
 //! The bound of random programs, generated behind the dialects: no scan exceeds it, and its witness reaches it.
 
-use crate::common;
-
 use common::bound::{bound, bound_within};
 use common::ir::{Taste, generate};
 use common::search::{holds, none_above};

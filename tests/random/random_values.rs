@@ -2,8 +2,6 @@
 //! counts hang on contacts, guards, jumps and loops never take longer than their bound, whatever stands in memory when
 //! the scan starts.
 
-use crate::common;
-
 use common::audited::{asked, listed, table};
 use common::counting::{Taste, generate};
 use common::plc::{Device, Line, Luck, Plc, line};

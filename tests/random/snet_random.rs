@@ -1,7 +1,6 @@
 //! Random S-nets: what `snet check` says of them against all that the net's rule, written down once more, can do.
 
-use crate::common;
-use crate::common::tape::cases;
+use common::tape::cases;
 
 use common::snet::{Plain, Random, random_net, valuations};
 use scanbound::snet::check::{Options, Step, check};

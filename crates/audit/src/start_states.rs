@@ -439,8 +439,7 @@ impl<'a> States<'a> {
             let end = |bit: &BitTarget| (ends[bit], !ends[bit]);
             let mut states = self.predecessors(model.clone(), &mut all(&left), end);
             let before = left.len();
-            let wanted: Vec<usize> = (memories.len()..all(&left).len()).collect();
-            let is_changed = states.changed_by_runs(&wanted);
+            let is_changed = states.changed_by_runs();
             let mut at = memories.len();
             left.retain(|cell| {
                 let mut places = (at..).zip(cell);

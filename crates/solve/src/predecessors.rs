@@ -109,9 +109,8 @@ impl<'a> Predecessors<'a> {
     }
 
     /// Which bits some scan leaves with another value than its run began with, as far as runs from the initial values
-    /// show it. Each query asks for a scan that changes one more of the `wanted` bits; it shows all that this scan
-    /// changes.
-    pub fn changed_by_runs(&mut self, wanted: &[usize]) -> Vec<bool> {
+    /// show it. Each query asks for a scan that changes one more bit, and shows all that this scan changes.
+    pub fn changed_by_runs(&mut self) -> Vec<bool> {
         let mut is_changed = vec![false; self.bits.len()];
         let initial: State =
             (0..self.bits.len()).map(|bit| (bit, self.bits[bit].initial)).collect();
@@ -121,7 +120,7 @@ impl<'a> Predecessors<'a> {
         self.queries = QUERIES;
         while at < reached.len() && self.queries > 0 {
             self.queries -= 1;
-            match self.scan_that_changes(&reached[at], wanted, &is_changed) {
+            match self.scan_that_changes(&reached[at], &is_changed) {
                 Some(left) => {
                     for &(bit, value) in &left {
                         is_changed[bit] |= value != self.bits[bit].initial;
@@ -134,22 +133,14 @@ impl<'a> Predecessors<'a> {
         is_changed
     }
 
-    /// The state that a scan leaves which starts in `state` and changes one of the wanted bits that is not known to
-    /// change. `None` if there is none, or the query took too long.
-    fn scan_that_changes(
-        &mut self,
-        state: &State,
-        wanted: &[usize],
-        is_changed: &[bool],
-    ) -> Option<State> {
+    /// The state that a scan leaves which starts in `state` and changes a bit that is not known to change. `None` if
+    /// there is none, or the query took too long.
+    fn scan_that_changes(&mut self, state: &State, is_changed: &[bool]) -> Option<State> {
         if self.limits.reached() {
             return None;
         }
-        let ends_changed = |&bit: &usize| {
-            let one = self.bits[bit];
-            if one.initial { one.off } else { one.on }
-        };
-        let unknown = wanted.iter().filter(|&&bit| !is_changed[bit]);
+        let ends_changed = |(one, _): (&StateBit, _)| if one.initial { one.off } else { one.on };
+        let unknown = self.bits.iter().zip(is_changed).filter(|(_, is_changed)| !**is_changed);
         let ends: Vec<Lit> = unknown.map(ends_changed).filter(|&end| end != Lit::FALSE).collect();
         if ends.is_empty() {
             return None;
@@ -440,7 +431,7 @@ mod tests {
         };
         let limits = Limits::default();
         let mut asked = asked(5, ends, &[false; 5], &limits);
-        assert_eq!(asked.changed_by_runs(&[2, 3, 4])[2..], [true, true, false]);
+        assert_eq!(asked.changed_by_runs(), [true, true, true, true, false]);
     }
 
     #[test]

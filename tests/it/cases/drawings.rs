@@ -1,8 +1,8 @@
 //! Drawings (FBD, LD, charts in XML), and bodies that no front reads.
 
 use super::{Run, audit, case, lower_ns, scanbound, upper_ns};
-use crate::common::command::binary;
-use crate::common::model_bound::model_bounds;
+use crate::command::binary;
+use common::model_bound::model_bounds;
 use scanbound::audit::{Failure, Request};
 use scanbound::base::facts::Facts;
 use scanbound::front::Input;

@@ -1,7 +1,7 @@
 //! MELSEC and OMRON lists: operands, operation errors, damaged files, and what trust is worth.
 
 use super::{audit, case, lower_ns, scanbound, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::fs;
 

@@ -16,7 +16,7 @@ mod values;
 mod watchdogs;
 mod xml;
 
-use crate::common::command;
+use crate::command;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Output;

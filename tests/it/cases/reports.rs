@@ -5,7 +5,7 @@ mod pattern;
 mod sections;
 
 use super::run;
-use crate::common::command::binary;
+use crate::command::binary;
 use figures::{Project, hold};
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! No lower bound rests on a scan that starts in a state which no scan leaves.
 
 use super::{Run, lower_ns, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Text files: comments, pragmas, encodings, forms of declarations, and what messages say.
 
 use super::{audit, lower_ns, scanbound, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use std::path::PathBuf;
 
 /// A directory with these files, for the inputs of one test.

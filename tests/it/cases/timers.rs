@@ -1,7 +1,7 @@
 //! Timers, runs from power-up and real scans.
 
 use super::{Run, audit, lower_ns, scanbound, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use scanbound::timing::table::CLASSES;
 use serde_json::Value;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use super::names::{BLOCKS, run_of};
 use super::{audit, lower_ns, scanbound, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 
 /// The report on a program in which [`BLOCKS`] are declared.

@@ -1,7 +1,7 @@
 //! Watchdogs, constant scans, addresses of lists, nets and emulated CPUs.
 
 use super::{Run, audit, scanbound, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

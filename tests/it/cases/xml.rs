@@ -1,7 +1,7 @@
 //! PLCopen XML: what stands in declarations and beside them, and what names no code.
 
 use super::{Run, case, lower_ns, upper_ns};
-use crate::common::command::binary;
+use crate::command::binary;
 use std::path::Path;
 
 /// Runs the command on these files in a directory of their own, with the tables of the attack.

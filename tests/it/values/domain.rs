@@ -1,7 +1,7 @@
 //! What a word may be is told by few values, strides, and what guards say where they hold and where they do not.
 
-use super::common::audited::{asked, listed, table};
 use super::{counts, most, none, with_facts};
+use common::audited::{asked, listed, table};
 use scanbound::audit::{Request, follow};
 use scanbound::base::facts::Facts;
 use scanbound::passes::values::Trust;

@@ -255,12 +255,16 @@ fn too_deep(program: &Program, deepest: usize) -> BTreeSet<usize> {
         .iter()
         .filter_map(|&(_, target)| Some((target, flow::routine_end(program, target)?)))
         .collect();
+    let called_in = |&(at, target): &(usize, usize)| {
+        let around = extents.iter().filter(move |(entry, end)| (**entry..=**end).contains(&at));
+        (around.map(|(entry, _)| *entry).collect::<Vec<_>>(), target)
+    };
+    let called_in: Vec<(Vec<usize>, usize)> = calls.iter().map(called_in).collect();
     let mut level: BTreeMap<usize, usize> = BTreeMap::new();
     for _ in 0..=deepest + 1 {
-        for &(at, target) in &calls {
-            let around = extents.iter().filter(|(entry, end)| (**entry..=**end).contains(&at));
-            let outer = around.filter_map(|(entry, _)| level.get(entry)).max().copied();
-            let own = level.entry(target).or_default();
+        for (around, target) in &called_in {
+            let outer = around.iter().filter_map(|entry| level.get(entry)).max().copied();
+            let own = level.entry(*target).or_default();
             *own = (*own).max(outer.unwrap_or(0) + 1);
         }
     }

@@ -1,6 +1,6 @@
 //! Runs the binary on given files, and returns its exit status, time and memory.
 
-use crate::common::command::binary;
+use crate::command::binary;
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};

@@ -5,7 +5,7 @@ use super::tree::{
     Access, Block, Expr, Initial, Kind, NUMBERS, Number, Place, Project, Root, Routine, Section,
     Statement, Struct, Ty, Variable,
 };
-use crate::common::iec::generate::Dice;
+use crate::iec::generate::Dice;
 use std::rc::Rc;
 
 const FEATURES: &[Feature] = &[

@@ -6,7 +6,7 @@ use super::tree::{
     Access, Argument, COLOURS, Call, Expr, Kind, NUMBERS, Number, Place, Project, Root, Routine,
     Section, Step, Target, Ty, Variable,
 };
-use crate::common::iec::generate::Dice;
+use crate::iec::generate::Dice;
 
 /// What a program may be made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

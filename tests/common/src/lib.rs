@@ -1,12 +1,10 @@
 //! The common part of the property tests: generators of programs, the steps from a program to its bound, and searches
 //! for a scan above it.
-#![allow(dead_code)] // each test file uses its part
 
 pub mod audited;
 pub mod bound;
 pub mod chart_run;
 pub mod charts;
-pub mod command;
 pub mod counting;
 pub mod few;
 pub mod flowcharts;
@@ -16,7 +14,6 @@ pub mod ir;
 pub mod lines;
 pub mod list;
 pub mod macros;
-pub mod measured;
 pub mod melsec;
 pub mod model_bound;
 pub mod omron_plc;

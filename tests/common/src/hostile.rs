@@ -261,7 +261,7 @@ impl Source {
     fn read(&self) -> Vec<u8> {
         match self {
             File(path) => {
-                let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+                let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(path);
                 fs::read(path).expect("a sample")
             }
             Text(text) => text.as_bytes().to_vec(),
