@@ -439,7 +439,6 @@ impl<'a> States<'a> {
             let end = |bit: &BitTarget| (ends[bit], !ends[bit]);
             let mut states = self.predecessors(model.clone(), &mut all(&left), end);
             let before = left.len();
-            let is_changed = states.changed_by_runs();
             let mut at = memories.len();
             left.retain(|cell| {
                 let mut places = (at..).zip(cell);
@@ -447,7 +446,6 @@ impl<'a> States<'a> {
                 // What the program never changes is changed by others. No lower bound rests on what others write to a
                 // timer or a counter.
                 cell.iter().any(|&bit| exclusive.takes_any_value(bit))
-                    || is_changed[at - cell.len()..at].contains(&true)
                     || places.any(|(at, &bit)| {
                         let changed = [(at, !self.initial(bit))];
                         !matches!(states.occurs(&changed), StartState::Excluded(_))

@@ -108,73 +108,6 @@ impl<'a> Predecessors<'a> {
         self.search(state)
     }
 
-    /// Which bits some scan leaves with another value than its run began with, as far as runs from the initial values
-    /// show it. Each query asks for a scan that changes one more bit, and shows all that this scan changes.
-    pub fn changed_by_runs(&mut self) -> Vec<bool> {
-        let mut is_changed = vec![false; self.bits.len()];
-        let initial: State =
-            (0..self.bits.len()).map(|bit| (bit, self.bits[bit].initial)).collect();
-        // States in which scans start: scans leave them, one after another, from the first scan on.
-        let mut reached = vec![initial];
-        let mut at = 0;
-        self.queries = QUERIES;
-        while at < reached.len() && self.queries > 0 {
-            self.queries -= 1;
-            match self.scan_that_changes(&reached[at], &is_changed) {
-                Some(left) => {
-                    for &(bit, value) in &left {
-                        is_changed[bit] |= value != self.bits[bit].initial;
-                    }
-                    reached.push(left);
-                }
-                None => at += 1,
-            }
-        }
-        is_changed
-    }
-
-    /// The state that a scan leaves which starts in `state` and changes a bit that is not known to change. `None` if
-    /// there is none, or the query took too long.
-    fn scan_that_changes(&mut self, state: &State, is_changed: &[bool]) -> Option<State> {
-        if self.limits.reached() {
-            return None;
-        }
-        let ends_changed = |(one, _): (&StateBit, _)| if one.initial { one.off } else { one.on };
-        let unknown = self.bits.iter().zip(is_changed).filter(|(_, is_changed)| !**is_changed);
-        let ends: Vec<Lit> = unknown.map(ends_changed).filter(|&end| end != Lit::FALSE).collect();
-        if ends.is_empty() {
-            return None;
-        }
-        let mut assumed = Vec::new();
-        for &(bit, value) in state {
-            match if value { self.bits[bit].start } else { !self.bits[bit].start } {
-                Lit::TRUE => {}
-                Lit::FALSE => return None,
-                start => assumed.push(self.literal(start)),
-            }
-        }
-        if !ends.contains(&Lit::TRUE) {
-            self.variables += 1;
-            let mut changes: Vec<i32> = ends.into_iter().map(|end| self.literal(end)).collect();
-            changes.push(-self.variables);
-            self.oracle.add(&changes);
-            assumed.push(self.variables);
-        }
-        let effort = Effort::decisions(DECISIONS + assumed.len() as u64);
-        self.oracle.ask(&assumed, effort)?.then(|| {
-            (0..self.bits.len()).map(|bit| (bit, self.is_true(self.bits[bit].on))).collect()
-        })
-    }
-
-    /// Whether the literal is true in the scan of the last query.
-    fn is_true(&self, lit: Lit) -> bool {
-        match lit {
-            Lit::TRUE => true,
-            Lit::FALSE => false,
-            lit => self.oracle.holds(self.literal(lit)),
-        }
-    }
-
     fn search(&mut self, state: &[(usize, bool)]) -> StartState {
         // States whose predecessors are searched, each left by a scan that starts in the next one.
         let mut chain: Vec<State> = vec![state.to_vec()];
@@ -299,8 +232,12 @@ impl<'a> Predecessors<'a> {
         let answer = match self.oracle.ask(&literals, effort) {
             None => Predecessor::Unknown,
             Some(true) => {
-                let start = |bit: usize| (bit, self.is_true(self.bits[bit].start));
-                Predecessor::Scan((0..self.bits.len()).map(start).collect())
+                let start = |bit: usize| match self.bits[bit].start {
+                    Lit::TRUE => true,
+                    Lit::FALSE => false,
+                    start => self.oracle.holds(self.literal(start)),
+                };
+                Predecessor::Scan((0..self.bits.len()).map(|bit| (bit, start(bit))).collect())
             }
             Some(false) => {
                 // The solver may name an assumption or its negation. Several bits may have the same end.
@@ -421,17 +358,6 @@ mod tests {
         let mut begins_on = asked(3, ends, &[true, false, false], &limits);
         assert_eq!(begins_on.occurs(&[(0, true), (1, true)]), StartState::MayOccur);
         assert_eq!(begins_on.occurs(&[(0, false)]), StartState::Excluded(vec![(0, false)]));
-    }
-
-    #[test]
-    fn runs_show_which_bits_change() {
-        // A bit walks from 0 to 3, over several scans; 4 comes on only if it is on.
-        let ends = |circuit: &mut Circuit, bits: &[Lit], free| {
-            vec![free, bits[0], bits[1], bits[2], circuit.and(bits[4], free)]
-        };
-        let limits = Limits::default();
-        let mut asked = asked(5, ends, &[false; 5], &limits);
-        assert_eq!(asked.changed_by_runs(), [true, true, true, true, false]);
     }
 
     #[test]
