@@ -1,7 +1,6 @@
 //! Macro steps: charts with them are run as they are drawn, each macro step with its own chart, and held against the
 //! charts in which they are replaced, against these written without them, and against the bound.
 
-#[allow(dead_code)] // each test file uses its part
 use crate::command::binary;
 use common::charts;
 use common::macros;

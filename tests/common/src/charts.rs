@@ -148,7 +148,6 @@ pub fn chart(dice: &mut Dice, depth: u64, actions: u64, qualifiers: &[Qualifier]
 /// Whether all controllers execute its actions in the same way, except for the final scan and for blocks that override
 /// each other, which only lengthen a scan. They differ if several steps use pulses or times of the same action, and in
 /// R and the times of stored actions.
-#[allow(dead_code)] // each test file uses its part
 pub fn is_done_alike(chart: &Chart) -> bool {
     use Qualifier as Q;
     chart.actions().iter().all(|action| {
@@ -163,7 +162,6 @@ pub fn is_done_alike(chart: &Chart) -> bool {
 }
 
 /// A program around a chart: its inputs and its actions are Boolean variables.
-#[allow(dead_code)] // each test file uses its part
 pub fn program(chart: Chart, actions: u64) -> Pou {
     let variable = |name: String, at: Option<String>| Variable {
         name,

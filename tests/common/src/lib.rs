@@ -1,5 +1,6 @@
 //! The common part of the property tests: generators of programs, the steps from a program to its bound, and searches
 //! for a scan above it.
+#![allow(missing_docs, clippy::missing_errors_doc)] // only tests use it
 
 pub mod audited;
 pub mod bound;

@@ -1,5 +1,4 @@
 //! Projects of PLCopen XML with a drawing, put together from elements, and what is asked of their bounds.
-#![allow(dead_code)] // each test file uses its part
 
 use scanbound::audit::{Failure, Request, audit};
 use scanbound::base::facts::Facts;
