@@ -105,3 +105,24 @@ fn clocks_do_not_jump_within_a_scan() {
     assert!(cost("Q26UDV", "LD= SD210 K-7\nSwOp0\nEND\n") >= 1);
     assert!(cost("FX3U", "LD= D8013 K99\nSwOp0\nEND\n") >= 1);
 }
+
+/// What DATERD stores is outside the program, but it is always a date, and the same one in the whole scan.
+#[test]
+fn melsec_clock_data_are_one_date_that_exists() {
+    let leap_day = [("SD210", 59), ("SD211", 1439), ("SD212", 0xFFFF)];
+    let read = ["LD SM400", "DATERD D0", "DATERD D10"];
+    for test in [
+        "LD= D0 K1980",
+        "LD= D1 K2",
+        "LD= D2 K29",
+        "LD= D3 K23",
+        "LD= D4 K59",
+        "LD= D5 K15",
+        "LD= D6 K5",
+        "LD= D2 D12",
+    ] {
+        assert!(is("melsec-list", &read, &leap_day, test), "{test}");
+    }
+    let coded = ["LD SM400", "DATERD D0", "BKBCD D0 D10 K7"];
+    assert!(is("melsec-list", &coded, &leap_day, "LD= D10 H1980"));
+}

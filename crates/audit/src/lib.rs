@@ -42,6 +42,7 @@ mod modelling;
 mod names;
 pub mod net;
 pub mod offer;
+mod operations_undone;
 mod parts;
 mod pipeline;
 mod power_up;

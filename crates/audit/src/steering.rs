@@ -7,7 +7,7 @@ use super::start_changes::Changes;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Compare, Frame, Join, Logic, Number, NumberFormat, Program,
+    BitSource, BitTarget, Cell, ChoiceId, Compare, Frame, Join, Logic, Number, NumberFormat, Program,
     Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
 };
 use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
@@ -19,6 +19,8 @@ const MAX_EXECUTED: usize = 3_000_000;
 const MAX_FRUITLESS: usize = 400_000;
 /// The largest number of instructions that one change of the start is meant for.
 const MAX_TARGETS: usize = 400;
+/// The largest number of executions of an instruction in loops that one change of the start is meant for.
+const MAX_ITERATIONS: usize = 100;
 /// The largest number of steps in which a change is worked out.
 const MAX_STEPS: usize = 4000;
 
@@ -37,10 +39,10 @@ enum Condition {
 }
 
 /// The conditions under which the instructions of a run were executed.
-struct Conditions<'a> {
-    program: &'a Program,
+pub(super) struct Conditions<'a> {
+    pub(super) program: &'a Program,
     run: &'a RealRun,
-    trace: &'a Trace,
+    pub(super) trace: &'a Trace,
     /// Each condition with its value in the run.
     nodes: Vec<(Condition, bool)>,
     /// The execution condition of each event.
@@ -91,11 +93,13 @@ impl RunSearch<'_> {
             let conditions = Conditions::of(self.program, &run, &trace);
             let mut wanted: Vec<(Target, Changes)> = Vec::new();
             let mut all = Changes::default();
+            // If one iteration of a loop cannot be changed, the others hardly can.
+            let mut failed: BTreeSet<usize> = BTreeSet::new();
             for (target, event, goal) in conditions.targets(self.least, &sums) {
                 if wanted.len() >= MAX_TARGETS || self.is_over() {
                     break;
                 }
-                if tried.contains(&target) {
+                if tried.contains(&target) || failed.contains(&target.0) {
                     continue;
                 }
                 let mut alone = Changes::default();
@@ -103,6 +107,7 @@ impl RunSearch<'_> {
                 if !conditions.make(&target, event, goal, &mut alone, &mut steps)
                     || alone.is_empty()
                 {
+                    failed.insert(target.0);
                     tried.insert(target);
                     continue;
                 }
@@ -294,7 +299,7 @@ impl<'a> Conditions<'a> {
     /// number of events stands for its event.
     fn targets(&self, times: &[Times], sums: &Sums) -> Vec<(Target, usize, Goal)> {
         let mut found: Vec<(u64, Target, usize, Goal)> = Vec::new();
-        let mut seen: BTreeSet<(usize, bool)> = BTreeSet::new();
+        let mut seen: BTreeMap<(usize, bool), usize> = BTreeMap::new();
         for (number, event) in self.run.replay.events.iter().enumerate() {
             if event.is_uncertain {
                 continue;
@@ -326,8 +331,9 @@ impl<'a> Conditions<'a> {
                 Step::Act { .. } if event.fired => (off.saturating_sub(on), Goal::Fires(false)),
                 _ => continue,
             };
-            // Of a loop, the first iteration in which the instruction does not fire.
-            if gain > 0 && seen.insert((at, matches!(goal, Goal::Fires(true)))) {
+            let seen = seen.entry((at, matches!(goal, Goal::Fires(true)))).or_default();
+            if gain > 0 && *seen < MAX_ITERATIONS {
+                *seen += 1;
                 found.push((gain, (at, event.frames.to_vec()), number, goal));
             }
         }
@@ -447,7 +453,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// As [`Self::solve`], for an expression of an event's instruction.
-    fn logic(
+    pub(super) fn logic(
         &self,
         event: usize,
         logic: &Logic,
@@ -484,7 +490,7 @@ impl<'a> Conditions<'a> {
         self.trace.reads.get(event)?.iter().find(|read| read.source == source)
     }
 
-    fn bit(
+    pub(super) fn bit(
         &self,
         event: usize,
         source: BitSource,
@@ -498,17 +504,9 @@ impl<'a> Conditions<'a> {
             BitSource::WordBit(cell, bit) => {
                 self.set(event, cell, 1 << bit, u16::from(on) << bit, changes, steps)
             }
-            BitSource::Free(_) => match self.read(event, Source::Bit(source)) {
-                Some(TracedRead { cell: Some((cell, mask)), .. }) => {
-                    let is_word = mask.count_ones() == 1;
-                    let mask = if is_word { *mask } else { 1 };
-                    self.set(event, *cell, mask, if on { mask } else { 0 }, changes, steps)
-                }
-                Some(TracedRead { outside: Some(key), .. }) => {
-                    changes.set_outside(key, 1, on.into())
-                }
-                _ => false,
-            },
+            BitSource::Free(choice) => {
+                self.choice(event, choice, Source::Bit(source), (1, on.into()), changes, steps)
+            }
         }
     }
 
@@ -531,23 +529,39 @@ impl<'a> Conditions<'a> {
                     })
             }
             WordSource::Free(choice) => {
-                let inner = match self.program.kinds.get(&choice) {
-                    Some(ChoiceKind::StableExternal(Source::Word(word))) => Some(*word),
-                    _ => None,
-                };
-                if let Some(word) = inner {
-                    return self.word(event, word, value, changes, steps);
-                }
-                match self.read(event, Source::Word(source)) {
-                    Some(TracedRead { cell: Some((cell, u16::MAX)), .. }) => {
-                        self.set(event, *cell, u16::MAX, value, changes, steps)
-                    }
-                    Some(TracedRead { outside: Some(key), .. }) => {
-                        changes.set_outside(key, u16::MAX, value)
-                    }
-                    _ => false,
-                }
+                let wanted = (u16::MAX, value);
+                self.choice(event, choice, Source::Word(source), wanted, changes, steps)
             }
+        }
+    }
+
+    /// Works out changes after which these bits (mask and values) of a choice, read as `source`, have these values.
+    pub(super) fn choice(
+        &self,
+        event: usize,
+        choice: ChoiceId,
+        source: Source,
+        (mask, value): (u16, u16),
+        changes: &mut Changes,
+        steps: &mut usize,
+    ) -> bool {
+        match self.program.kinds.get(&choice) {
+            Some(&ChoiceKind::StableExternal(Source::Word(word))) => match word {
+                WordSource::Cell(cell) => self.set(event, cell, mask, value, changes, steps),
+                word => mask == u16::MAX && self.word(event, word, value, changes, steps),
+            },
+            Some(&ChoiceKind::StableExternal(Source::Bit(bit))) => {
+                self.bit(event, bit, value & 1 == 1, changes, steps)
+            }
+            Some(ChoiceKind::Exact(_)) => {
+                self.result(event, choice, (0, 0), (mask, value), changes, steps)
+            }
+            _ => match self.read(event, source) {
+                Some(TracedRead { outside: Some(key), .. }) => {
+                    changes.set_outside(key, mask, value)
+                }
+                _ => false,
+            },
         }
     }
 
@@ -617,7 +631,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// Works out changes after which these bits of the cell have these values when an event reads it.
-    fn set(
+    pub(super) fn set(
         &self,
         event: usize,
         cell: Cell,
@@ -677,16 +691,16 @@ impl<'a> Conditions<'a> {
                             let on = u16::from(value & mask != 0);
                             self.set(writer, bit, 1, on, &mut more, steps)
                         }
-                        Some((source @ WordSource::Free(_), None)) => {
-                            match self.read(writer, Source::Word(source)).and_then(|one| one.cell) {
-                                Some((from, u16::MAX)) => {
-                                    self.set(writer, from, mask, value, &mut more, steps)
-                                }
-                                _ => false,
-                            }
+                        Some((source @ WordSource::Free(choice), None)) => {
+                            let (source, wanted) = (Source::Word(source), (mask, value));
+                            self.choice(writer, choice, source, wanted, &mut more, steps)
                         }
                         _ => false,
                     }
+                }
+                Write::Havoc(_, choice) => {
+                    wrote.fired
+                        && self.written(writer, *choice, cell, (mask, value), &mut more, steps)
                 }
                 _ => false,
             };
@@ -710,7 +724,7 @@ impl<'a> Conditions<'a> {
 }
 
 /// Counts a step. Returns false if there are none left.
-fn take(steps: &mut usize) -> bool {
+pub(super) fn take(steps: &mut usize) -> bool {
     match steps.checked_sub(1) {
         Some(left) => {
             *steps = left;

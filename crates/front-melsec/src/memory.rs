@@ -129,7 +129,7 @@ impl Timed {
 }
 
 /// All areas. The id of an area is its index in this list.
-const AREAS: [(&str, AreaKind); 43] = [
+const AREAS: [(&str, AreaKind); 44] = [
     ("X", AreaKind::Bit),
     ("Y", AreaKind::Bit),
     ("M", AreaKind::Bit),
@@ -173,6 +173,7 @@ const AREAS: [(&str, AreaKind); 43] = [
     ("LC value ", AreaKind::Word),
     ("stood at ", AreaKind::Word),
     ("T ran ", AreaKind::Bit),
+    ("SD", AreaKind::Word),
 ];
 
 /// The regions that a network refreshes if one is installed, each with its name: the areas B, W, SB and SW. Empty for

@@ -354,6 +354,10 @@ pub enum Operation {
     ToSeconds,
     /// Converts seconds to hours, minutes and seconds. Unknown if they are not within one day (0 to 86,399).
     FromSeconds,
+    /// The date and time that three numbers choose: the day from 1 January 1980 on, the minute of the day and the
+    /// second, each modulo the number of possible ones, so that every choice is a date up to 31 December 2079. One
+    /// result: year, month, day, hour, minute, second, day of the week (0 is Sunday).
+    Date,
     /// The present value of a running timer. Inputs: whether it has timed out, its previous value, its set value, an
     /// external number. The result is the external number, limited to the range from the previous value to just below
     /// the set value. Unknown if the timer has timed out, for set values below 1, and for previous values that are

@@ -3,9 +3,10 @@
 use super::free::Mode;
 use super::operation::run;
 use super::state::{Doubt, State, Truth};
+use super::trace::TracedOperation;
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, Operation, OperationInput,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput,
     Outcome, Read, Shape, Target, Term,
 };
 use scanbound_ir::{
@@ -30,11 +31,13 @@ impl Place {
     }
 }
 
-/// What an operation read, and whether it accessed a cell that not each PLC has, or a cell through an address.
+/// What an operation read, and whether it accessed a cell that not each PLC has, or a cell through an address. If the
+/// run is traced, also what is recorded of the operation.
 #[derive(Default)]
 struct Accesses {
     reads: Vec<Read>,
     needs_devices: bool,
+    operation: TracedOperation,
 }
 
 impl State<'_> {
@@ -47,13 +50,8 @@ impl State<'_> {
             self.doubt = self.doubt.or(doubt);
             return Some(value);
         }
-        let (reads, doubt, results) = self.execute_operation(meaning);
-        if let Some(trace) = self.trace.as_mut().filter(|_| meaning.operation == Operation::Copy) {
-            trace.cell = reads.reads.last().and_then(|read| match read {
-                Read::Cell(cell, mask, _) => Some((*cell, *mask)),
-                _ => None,
-            });
-        }
+        let (mut reads, doubt, results) = self.execute_operation(meaning);
+        self.trace_operation(choice, std::mem::take(&mut reads.operation));
         let value = results.and_then(|results| results.first()?.first().copied());
         match value {
             Some(value) => {
@@ -78,6 +76,8 @@ impl State<'_> {
         let Some(results) = results else { return false };
         // The target cells may also depend on what the operation reads.
         let (more, place_doubt, written) = self.target_cells(meaning, &results);
+        let operation = TracedOperation { to: more.operation.from, ..reads.operation };
+        self.trace_operation(choice, operation);
         let Some(written) = written else { return false };
         if place_doubt.is_some() {
             return false;
@@ -95,6 +95,7 @@ impl State<'_> {
         let all = Accesses {
             reads: [reads.reads, more.reads].concat(),
             needs_devices: reads.needs_devices || more.needs_devices,
+            ..Accesses::default()
         };
         self.learn(choice, all, Outcome::Writes(writes));
         for (cell, (mask, value)) in written {
@@ -170,7 +171,7 @@ impl State<'_> {
 
     fn learn(&mut self, choice: ChoiceId, accesses: Accesses, learned: Outcome) {
         // Unknown inputs do not matter here: the fact states the result for exactly these input values.
-        let Accesses { mut reads, needs_devices } = accesses;
+        let Accesses { mut reads, needs_devices, .. } = accesses;
         reads.sort();
         reads.dedup();
         let fact = Observation { reads, outcome: learned, needs_devices };
@@ -186,8 +187,32 @@ impl State<'_> {
         self.record_reads(|state| {
             let inputs: Option<Vec<Vec<u16>>> =
                 meaning.inputs.iter().map(|operand| state.operand(operand)).collect();
-            run(&meaning.operation, &inputs?)
+            let inputs = inputs?;
+            if let Some(trace) = &mut state.trace {
+                trace.operation.inputs.clone_from(&inputs);
+            }
+            run(&meaning.operation, &inputs)
         })
+    }
+
+    fn trace_operation(&mut self, choice: ChoiceId, operation: TracedOperation) {
+        if let Some(trace) = &mut self.trace {
+            trace.operations.insert((trace.event, choice), operation);
+        }
+    }
+
+    /// Records where an operand or a target begins that is a list at an address.
+    fn trace_list(&mut self, address: Option<&Address>) {
+        if self.trace.is_none() {
+            return;
+        }
+        let first = address.and_then(|address| {
+            let place = self.address(address)?;
+            self.cell_at(address, place)
+        });
+        if let Some(trace) = &mut self.trace {
+            trace.operation.from.push(first);
+        }
     }
 
     /// Evaluates `work`. Also returns what it read, and the instruction because of which its result is unknown. The
@@ -197,6 +222,7 @@ impl State<'_> {
         work: impl FnOnce(&mut Self) -> Option<T>,
     ) -> (Accesses, Doubt, Option<T>) {
         let outer = (self.reading.replace(Vec::new()), self.doubt.take());
+        let traced = self.trace.as_mut().map(|trace| std::mem::take(&mut trace.operation));
         let flags = (self.changing, self.needs_devices);
         (self.changing, self.needs_devices) = (false, false);
         let done = work(self).filter(|_| !self.changing);
@@ -204,10 +230,18 @@ impl State<'_> {
         let (doubt, needs_devices) = (self.doubt, self.needs_devices);
         (self.reading, self.doubt) = outer;
         (self.changing, self.needs_devices) = flags;
-        (Accesses { reads, needs_devices }, doubt, done)
+        let operation = match (&mut self.trace, traced) {
+            (Some(trace), Some(outer)) => std::mem::replace(&mut trace.operation, outer),
+            _ => TracedOperation::default(),
+        };
+        (Accesses { reads, needs_devices, operation }, doubt, done)
     }
 
     fn operand(&mut self, operand: &OperationInput) -> Option<Vec<u16>> {
+        self.trace_list(match operand {
+            OperationInput::Run(address, ..) => Some(address),
+            _ => None,
+        });
         match operand {
             OperationInput::Words(sources) => {
                 Some(sources.iter().map(|&source| self.word(source)).collect())
@@ -350,6 +384,10 @@ impl State<'_> {
     }
 
     fn place(&mut self, target: &Target, result: &[u16], written: &mut Written) -> Option<()> {
+        self.trace_list(match target {
+            Target::Run(address, _) => Some(address),
+            _ => None,
+        });
         match target {
             Target::Nowhere => {}
             Target::Words(targets) => {

@@ -31,7 +31,8 @@ mod value_tests;
 pub use cases::{Readings, in_all_readings};
 pub use free::FreeValues;
 pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
-pub use trace::{Trace, TracedRead};
+pub use operation::run as operate;
+pub use trace::{Trace, TracedOperation, TracedRead};
 
 use cases::Cases;
 use free::Mode;

@@ -5,6 +5,12 @@ use scanbound_ir::meaning::{Arithmetic, Operation};
 
 /// The largest number of repetitions of [`Operation::Repeat`].
 const MAX_LENGTH: u16 = 0x7FFF;
+/// The first year of [`Operation::Date`].
+const FIRST_YEAR: u16 = 1980;
+/// The number of days from 1 January 1980 to 31 December 2079; in these years each fourth one is a leap year.
+const CLOCK_DAYS: u16 = 100 * 365 + 25;
+/// The day of the week of 1 January 1980, a Tuesday.
+const FIRST_WEEKDAY: u16 = 2;
 
 /// The results of an operation on lists, as [`Operation`] defines them. `None` if it says that the result is unknown.
 pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<u16>>> {
@@ -111,6 +117,12 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             let all = signed(0).filter(|all| (0..86_400).contains(all))?;
             vec![(all / 3600) as u16, (all / 60 % 60) as u16, (all % 60) as u16]
         }
+        Operation::Date => {
+            let &[day, minute, second] = &first[..] else { return None };
+            let [year, month, date, weekday] = day_of_clock(day);
+            let minute = minute % (24 * 60);
+            vec![year, month, date, minute / 60, minute % 60, second % 60, weekday]
+        }
         Operation::Elapsed => {
             let (before, setting) = (signed(1)?, signed(2)?);
             if first.first()? & 1 == 1 || setting < 1 || !(0..setting).contains(&before) {
@@ -200,6 +212,25 @@ fn is_sum(x: f64, y: f64, sum: f64) -> bool {
     wide == sum && small - (wide - big) == 0.0
 }
 
+/// Year, month, day and day of the week of the day with this number, modulo the number of days of the clock.
+fn day_of_clock(number: u16) -> [u16; 4] {
+    let number = number % CLOCK_DAYS;
+    let (mut year, mut month, mut rest) = (FIRST_YEAR, 1, number);
+    loop {
+        let days = match month {
+            2 if year % 4 == 0 => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            _ => 31,
+        };
+        if rest < days {
+            return [year, month, rest + 1, (number % 7 + FIRST_WEEKDAY) % 7];
+        }
+        rest -= days;
+        (year, month) = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -275,5 +306,15 @@ mod tests {
         assert_eq!(one(Operation::ToSeconds, &[&[24, 0, 0]]), None);
         assert_eq!(one(Operation::FromSeconds, &[&[0x517F, 1]]), Some(vec![23, 59, 59]));
         assert_eq!(one(Operation::FromSeconds, &[&[0x5180, 1]]), None);
+    }
+
+    #[test]
+    fn every_number_chooses_a_day_that_exists() {
+        let date = |day, minute, second| one(Operation::Date, &[&[day, minute, second]]);
+        assert_eq!(date(0, 0, 0), Some(vec![1980, 1, 1, 0, 0, 0, 2]));
+        assert_eq!(date(59, 1439, 59), Some(vec![1980, 2, 29, 23, 59, 59, 5]));
+        assert_eq!(date(16861, 60, 61), Some(vec![2026, 3, 1, 1, 0, 1, 0]));
+        assert_eq!(date(36524, 1440, 0), Some(vec![2079, 12, 31, 0, 0, 0, 0]));
+        assert_eq!(date(36525, 0, 0), date(0, 0, 0));
     }
 }

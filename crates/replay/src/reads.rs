@@ -3,7 +3,7 @@
 use super::state::State;
 use super::trace::TracedRead;
 use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::{BitSource, ChoiceKey, Region, Source, WordSource};
+use scanbound_ir::{BitSource, ChoiceKey, Source, WordSource};
 
 impl State<'_> {
     /// Begins to read a source. Returns whether the read is traced: not within an operation, nor within another read.
@@ -12,7 +12,7 @@ impl State<'_> {
         if trace.is_reading || self.reading.is_some() {
             return false;
         }
-        (trace.is_reading, trace.cell) = (true, None);
+        trace.is_reading = true;
         true
     }
 
@@ -27,8 +27,7 @@ impl State<'_> {
         };
         let Some(trace) = &mut self.trace else { return };
         trace.is_reading = false;
-        let cell = trace.cell.take();
-        trace.current.push(TracedRead { source, cell, outside, value });
+        trace.current.push(TracedRead { source, outside, value });
     }
 
     /// The value of a source that does not change within the scan. What an operation learns depends on the choice that
@@ -39,15 +38,6 @@ impl State<'_> {
             Source::Bit(bit) => self.bit(bit).into(),
             Source::Word(word) => self.word(word),
         };
-        if let (Some(trace), Some(Region::Range { first, count: 1 })) =
-            (&mut self.trace, source.region())
-        {
-            let mask = match source {
-                Source::Bit(BitSource::WordBit(_, bit)) => 1 << bit,
-                _ => u16::MAX,
-            };
-            trace.cell = Some((first, mask));
-        }
         self.changing |= self.interrupting && reading.is_some();
         self.reading = reading;
         value

@@ -1,20 +1,28 @@
 //! What a real run read and wrote, instruction by instruction, for a search that changes the start of the run.
 
 use rustc_hash::FxHashMap;
-use scanbound_ir::{Cell, ChoiceKey, Region, Source};
+use scanbound_ir::{Cell, ChoiceId, ChoiceKey, Region, Source};
 
 /// A value that an instruction read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TracedRead {
     /// What was read, as it stands in the instruction.
     pub source: Source,
-    /// For a choice: the cell from which its value comes, and the bits that were read. `None` if it comes from
-    /// elsewhere.
-    pub cell: Option<(Cell, u16)>,
     /// For a choice that something outside the program determines: its key.
     pub outside: Option<ChoiceKey>,
     /// The value that was read; of a bit 0 or 1.
     pub value: u16,
+}
+
+/// An operation that an instruction executed.
+#[derive(Debug, Clone, Default)]
+pub struct TracedOperation {
+    /// The values of the inputs.
+    pub inputs: Vec<Vec<u16>>,
+    /// For each input that is a list at an address: the first cell of the list.
+    pub from: Vec<Option<Cell>>,
+    /// For each output that goes to an address: the first cell to which it goes.
+    pub to: Vec<Option<Cell>>,
 }
 
 /// What a run read and wrote. Events are counted as in [`Replay::events`](super::Replay::events).
@@ -26,6 +34,8 @@ pub struct Trace {
     pub writes: FxHashMap<Cell, Vec<usize>>,
     /// The regions that events havocked, in order.
     pub havocs: Vec<(usize, Region)>,
+    /// The operations that events executed, by the choices that they determine.
+    pub operations: FxHashMap<(usize, ChoiceId), TracedOperation>,
     /// The havocked cells whose values come from outside the program, with the keys of these.
     pub delivered: FxHashMap<Cell, ChoiceKey>,
     /// What the current event has read so far.
@@ -34,8 +44,8 @@ pub struct Trace {
     pub(super) event: usize,
     /// Whether a value is being read.
     pub(super) is_reading: bool,
-    /// The cell that the choice being read has its value from.
-    pub(super) cell: Option<(Cell, u16)>,
+    /// The operation that is being executed, or the targets of its results (then in `from`).
+    pub(super) operation: TracedOperation,
 }
 
 impl Trace {

@@ -352,20 +352,29 @@ impl Lowering<'_> {
         Some(Logic::Bit(BitSource::Free(choice)))
     }
 
-    /// Whether an instruction (FROM and similar) reads a constant number of words from a module to a plain word device.
-    /// The words may be values that the program wrote to the module before.
+    /// The value of a cell that something outside the program determines, the same in the whole scan.
+    pub(super) fn unchanging_word(&mut self, cell: Cell) -> WordSource {
+        let choice = self.choice();
+        let source = Source::Word(WordSource::Cell(cell));
+        self.out.program.kinds.insert(choice, ChoiceKind::StableExternal(source));
+        WordSource::Free(choice)
+    }
+
+    /// Whether an instruction (FROM and similar) reads a constant number of words from a module to a plain word device,
+    /// or to bits of which each word fills 16. The words may be values that the program wrote to the module before.
     fn reads_module(&self, raw: &RawInstruction, entry: &Entry) -> bool {
         let is_read = matches!(&*entry.mnemonic, "FROM" | "DFRO" | "DFROM" | "FROMD");
         let (Some(to), Some(count)) = (raw.operands.get(2), raw.operands.get(3)) else {
             return false;
         };
-        let is_word = match self.parsed(to) {
-            Ok(Written::Device(device)) => {
-                matches!(device.place, Place::At(DeviceType::Word(_), _))
-            }
+        let is_whole = match self.parsed(to) {
+            Ok(Written::Device(device)) => matches!(
+                device.place,
+                Place::At(DeviceType::Word(_), _) | Place::Digits(DeviceType::Bit(_), _, 4)
+            ),
             _ => false,
         };
-        is_read && is_word && self.constant(count).is_some()
+        is_read && is_whole && self.constant(count).is_some()
     }
 
     /// Gives those effects of an instruction that write any value when it fires its exact meaning, if it has one. Words

@@ -7,7 +7,7 @@
 use super::access::{BitPlace, WordPlace};
 use super::state::Lowering;
 use crate::catalog::Entry;
-use crate::memory::{DeviceType, Family};
+use crate::memory::{DeviceType, Family, area};
 use crate::operand::Place;
 use crate::source::RawInstruction;
 use scanbound_ir::meaning::{
@@ -62,6 +62,14 @@ impl Lowering<'_> {
             "SWAP" if self.is_whole(text, 1) => {
                 let from = self.value(text, 1)?;
                 self.single_result(Operation::Each(Unary::SwapBytes), vec![from], text, 1)
+            }
+            "DATERD" if self.is_large() => {
+                let output = Target::Words(self.places(text, 7)?);
+                // Programs never read the cells of these clock registers: each read is a choice of its own. They hold
+                // the chosen day, minute and second, which all DATERD of a scan then share.
+                let registers = (210..213).map(|index| Cell { area: area("SD"), index });
+                let chosen = registers.map(|cell| self.unchanging_word(cell)).collect();
+                Some(meaning(Operation::Date, vec![OperationInput::Words(chosen)], output))
             }
             _ => None,
         }
