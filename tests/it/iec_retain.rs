@@ -100,3 +100,37 @@ fn a_chart_that_is_kept_goes_on_where_the_power_failed() {
     };
     assert_eq!((bound(&begins("")), bound(&begins("RETAIN"))), (0, PROBE));
 }
+
+/// A call changes its caller's variable itself. If power cuts it off, the variable keeps what the call has written.
+#[test]
+fn a_retained_argument_keeps_what_a_call_wrote_that_was_cut_off() {
+    let block = |body: &str| {
+        format!(
+            "TYPE S : STRUCT b : BOOL; n : INT; END_STRUCT; END_TYPE \
+             FUNCTION_BLOCK Writes VAR_IN_OUT z : INT; END_VAR VAR p : INT; END_VAR p := z; z := -5; z := p; \
+             END_FUNCTION_BLOCK \
+             FUNCTION_BLOCK Passes VAR_IN_OUT y : INT; END_VAR VAR i : Writes; END_VAR i(z := y); END_FUNCTION_BLOCK \
+             FUNCTION_BLOCK Parts VAR_IN_OUT z : S; END_VAR VAR p : INT; END_VAR p := z.n; z.n := -5; z.n := p; \
+             END_FUNCTION_BLOCK \
+             FUNCTION Fun : INT VAR_IN_OUT z : INT; END_VAR VAR p : INT; END_VAR p := z; z := -5; z := p; Fun := p; \
+             END_FUNCTION \
+             PROGRAM main {body} END_PROGRAM"
+        )
+    };
+    for (kept, bound_in_us) in [("RETAIN", PROBE), ("", 0)] {
+        for (ty, part, call) in [
+            ("INT", "", "w(z := n);"),
+            ("INT", "", "v(y := n);"),
+            ("INT", "", "k := Fun(z := n);"),
+            ("S", ".n", "u(z := n);"),
+            ("S", ".n", "w(z := n.n);"),
+            ("ARRAY[0..1] OF INT", "[1]", "w(z := n[1]);"),
+        ] {
+            let text = block(&format!(
+                "VAR {kept} n : {ty}; END_VAR VAR w : Writes; v : Passes; u : Parts; k : INT; probe : REAL; END_VAR \
+                 {call} IF n{part} = -5 THEN probe := LN(probe); END_IF"
+            ));
+            assert_eq!(bound(&text), bound_in_us, "{kept} {call}");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! Constraints on the state in which a scan starts.
 
 use super::{BitTarget, Cell, Logic, Region};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A range that the user stated, or of a trusted word: the value of a word, or of two words read as one number, at the
 /// start of a scan.
@@ -110,6 +110,10 @@ pub struct PowerUp {
     pub values: BTreeMap<Cell, u16>,
     /// Cells among `cleared` that keep their values when power fails, or may keep them.
     pub latched: Vec<Region>,
+    /// For latched cells that a routine uses under other names: the cells that stand for them until the routine ends
+    /// (copies of VAR_IN_OUT arguments). On the PLC they are the same memory, so that after a power failure a latched
+    /// cell may have any value that one of these cells had.
+    pub lent: BTreeMap<Cell, BTreeSet<Cell>>,
     /// Invariants of the start state that hold even where the manuals can be understood in several ways. Real runs rely
     /// on these only.
     pub certain_invariants: Vec<Logic>,

@@ -28,6 +28,8 @@ pub enum Violation {
 #[derive(Debug)]
 pub struct ViolationLog {
     words: FxHashMap<Cell, Watched>,
+    /// For cells that stand for latched ones ([`PowerUp::lent`](scanbound_ir::PowerUp::lent)): these.
+    lenders: FxHashMap<Cell, Vec<Cell>>,
     others: BTreeMap<Violation, Lit>,
 }
 
@@ -50,17 +52,26 @@ impl ViolationLog {
             high: one.high,
             values: one.values.clone(),
         };
-        ViolationLog::of_words(program.trusted_ranges.iter().map(word).enumerate())
+        ViolationLog::of_words(program, program.trusted_ranges.iter().map(word).enumerate())
     }
 
     /// An empty record that watches these words, each with the index used in [`Violation::Word`] and its range. If
     /// several are the same cell, only the last is watched; numbers of two words are not watched.
-    pub fn of_words(words: impl Iterator<Item = (usize, StartRange)>) -> ViolationLog {
+    pub fn of_words(
+        program: &Program,
+        words: impl Iterator<Item = (usize, StartRange)>,
+    ) -> ViolationLog {
         let word = |(place, range): (usize, StartRange)| match range.cells[..] {
             [cell] => Some((cell, Watched { place, range, broken: Lit::FALSE })),
             _ => None,
         };
-        ViolationLog { words: words.filter_map(word).collect(), others: BTreeMap::new() }
+        let mut lenders: FxHashMap<Cell, Vec<Cell>> = FxHashMap::default();
+        for (&own, copies) in &program.power_up.lent {
+            for &copy in copies {
+                lenders.entry(copy).or_default().push(own);
+            }
+        }
+        ViolationLog { words: words.filter_map(word).collect(), lenders, others: BTreeMap::new() }
     }
 
     /// Records a write of a word under `guard`. It breaks the range if the value is outside; if the range lists values,
@@ -73,22 +84,29 @@ impl ViolationLog {
         guard: Lit,
         value: Word,
     ) {
-        let Some(watched) = self.words.get_mut(&cell) else { return };
-        let StartRange { low, high, values, .. } = &watched.range;
-        let mut within = number::within(words, circuit, &[value], true, *low, *high);
-        if !values.is_empty() {
-            let is = |&one: &u16| words.in_range(circuit, value, one, one);
-            let is_one: Vec<Lit> = values.iter().map(is).collect();
-            within = is_one.into_iter().fold(Lit::FALSE, |any, one| circuit.or(any, one));
+        let lenders = self.lenders.get(&cell).map_or(&[][..], Vec::as_slice);
+        for cell in lenders.iter().chain([&cell]) {
+            let Some(watched) = self.words.get_mut(cell) else { continue };
+            let StartRange { low, high, values, .. } = &watched.range;
+            let mut within = number::within(words, circuit, &[value], true, *low, *high);
+            if !values.is_empty() {
+                let is = |&one: &u16| words.in_range(circuit, value, one, one);
+                let is_one: Vec<Lit> = values.iter().map(is).collect();
+                within = is_one.into_iter().fold(Lit::FALSE, |any, one| circuit.or(any, one));
+            }
+            let outside = circuit.and(guard, !within);
+            watched.broken = circuit.or(watched.broken, outside);
         }
-        let outside = circuit.and(guard, !within);
-        watched.broken = circuit.or(watched.broken, outside);
     }
 
     /// Records that all cells of a region may get any value if `guard` is true.
     pub fn note_havoc(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
-        for (_, watched) in self.words.iter_mut().filter(|(cell, _)| region.contains(**cell)) {
-            watched.broken = circuit.or(watched.broken, guard);
+        let lent = self.lenders.iter().filter(|(copy, _)| region.contains(**copy));
+        let lent: Vec<Cell> = lent.flat_map(|(_, own)| own).copied().collect();
+        for (cell, watched) in &mut self.words {
+            if region.contains(*cell) || lent.contains(cell) {
+                watched.broken = circuit.or(watched.broken, guard);
+            }
         }
     }
 

@@ -88,7 +88,7 @@ pub fn scan_model_of_candidates(
         }
         Candidate::Exclusive(_) => None,
     };
-    let watch = ViolationLog::of_words(all.iter().enumerate().filter_map(single));
+    let watch = ViolationLog::of_words(program, all.iter().enumerate().filter_map(single));
     let end = |memory: &mut Memory<'_>| {
         let watched = memory.watch.take().map(|watch| watch.into_violations()).unwrap_or_default();
         let stay = |(place, one): (usize, &Candidate)| {

@@ -21,8 +21,12 @@ use scanbound_iec_tree::declarations::{
 };
 use scanbound_iec_tree::resolve;
 use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
-use scanbound_ir::{MissingRoutine, Program, Region, RegionSet, SourceFile, Step, Write, flow};
-use std::collections::{BTreeSet, HashSet};
+use scanbound_ir::meaning::{ChoiceKind, OperationInput, Target};
+use scanbound_ir::{
+    Cell, MissingRoutine, Number, Program, Region, RegionSet, SourceFile, Step, WordSource,
+    WordTarget, Write, flow,
+};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// Properties of the programming tool that the project's text shows.
 #[derive(Debug, Clone, Copy, Default)]
@@ -167,6 +171,7 @@ impl<'t> Lower<'t> {
         self.assembler().note_first_values(first, values, &shared, &mut known);
         known.inputs = RegionSet::from_iter(known.inputs).into_regions();
         known.cleared = RegionSet::from_iter(known.cleared).into_regions();
+        known.lent = lent(self.program(), &given_back, &known.latched);
         self.program().power_up = known;
         let unknown = self.unknown_readings(asked.facts);
         if !unknown.is_empty() {
@@ -582,6 +587,49 @@ fn told(project: &Project, faults: Vec<(usize, Fault)>) -> Vec<Diagnostic> {
     let mut told: Vec<Diagnostic> = faults.map(|(file, fault)| fault.in_file(name(file))).collect();
     told.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
     told
+}
+
+/// For each latched cell that calls pass as VAR_IN_OUT: the cells that are copied back to it, directly or through the
+/// parameters of other calls.
+fn lent(
+    program: &Program,
+    given_back: &[GivenBack],
+    latched: &[Region],
+) -> BTreeMap<Cell, BTreeSet<Cell>> {
+    let mut copies: BTreeMap<Cell, BTreeSet<Cell>> = BTreeMap::new();
+    let instructions = given_back.iter().flat_map(|(range, ..)| range.clone());
+    for effect in instructions.flat_map(|at| &program.instructions[at].effects) {
+        let copied: Option<(&[WordTarget], &[WordSource])> = match &effect.write {
+            Write::Words(targets, Number::Words(sources)) => Some((targets, sources)),
+            Write::Havoc(_, choice) => match program.kinds.get(choice) {
+                Some(ChoiceKind::Exact(meaning)) => {
+                    match (&meaning.inputs[..], &meaning.outputs[..]) {
+                        ([OperationInput::Words(sources)], [Target::Words(targets)]) => {
+                            Some((targets, sources))
+                        }
+                        _ => None,
+                    }
+                }
+                _ => None,
+            },
+            _ => None,
+        };
+        for (target, source) in copied.into_iter().flat_map(|(to, from)| to.iter().zip(from)) {
+            if let (WordTarget::Cell(own), WordSource::Cell(copy)) = (target, source) {
+                copies.entry(*own).or_default().insert(*copy);
+            }
+        }
+    }
+    let reached = |own: Cell| {
+        let (mut open, mut found) = (vec![own], BTreeSet::new());
+        while let Some(cell) = open.pop() {
+            let more = copies.get(&cell).into_iter().flatten().copied();
+            open.extend(more.filter(|&copy| found.insert(copy)));
+        }
+        found
+    };
+    let is_latched = |cell: &&Cell| latched.iter().any(|region| region.contains(**cell));
+    copies.keys().filter(is_latched).map(|&own| (own, reached(own))).collect()
 }
 
 /// Refuses calls with a VAR_IN_OUT argument that another task also writes. The argument is modelled as a copy, but on a

@@ -129,7 +129,17 @@ impl ScanFixpoint<'_> {
         *work += run.work;
         let forgets =
             |slot: usize| program.power_up.is_lost_at_power_failure(followed.words.cells()[slot]);
-        let left = |&slot: &usize| match run.written[slot] {
+        // What is written to a copy of a latched word counts as written to the word.
+        let written = |slot: usize| {
+            let copies = program.power_up.lent.get(&followed.words.cells()[slot]);
+            let copies =
+                copies.into_iter().flatten().map(|&copy| match followed.words.slot(copy) {
+                    Some(copy) => run.written[copy],
+                    None => Some(Value::TOP),
+                });
+            [run.written[slot]].into_iter().chain(copies).flatten().reduce(Value::join)
+        };
+        let left = |&slot: &usize| match written(slot) {
             Some(written) if !forgets(slot) => end.value(slot).join(written),
             _ => end.value(slot),
         };
