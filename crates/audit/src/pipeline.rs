@@ -35,6 +35,7 @@ use scanbound_passes::values::Trust;
 use scanbound_solve::{Limits, Maximum};
 use scanbound_timing::price::Prices;
 use scanbound_timing::table::Table;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// A project that was read, priced and followed: its program and the model of one scan, whose longest time is then
@@ -93,15 +94,27 @@ pub fn audit(request: &Request<'_>) -> Result<Audit, Failure> {
 pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
     let limited = PreparedProject::of(request)?.limit_size(request)?;
     let lower_bound = LowerBoundSearch::of(&limited, request);
-    let (searched, early) = rayon::join(
+    let handover = lower_bound.as_ref().map(|runs| (runs, Mutex::new(Handover::default())));
+    let handover = handover.as_ref();
+    let (searched, late) = rayon::join(
         || {
-            limited
-                .followed(request)?
-                .searched(request, lower_bound.as_ref().map(|one| &one.program))
+            let followed = limited.followed(request)?;
+            let complete = handover.and_then(|(runs, handover)| {
+                let given = (followed.program.clone(), followed.prices.clone());
+                Some((runs, complete(handover, |half| half.followed = Some(given))?))
+            });
+            let known = handover.map(|(runs, _)| &runs.program);
+            let (searched, early) = rayon::join(
+                || followed.searched(request, known),
+                || complete.map(|(runs, (early, given))| runs.kept(request, early, &given)),
+            );
+            Ok::<_, Failure>((searched?, early))
         },
-        || lower_bound.as_ref().map(|lower_bound| lower_bound.run(request)),
+        || handover.and_then(|(runs, handover)| runs.run(request, handover)),
     );
-    searched?.concluded(request, early)
+    let (searched, early) = searched?;
+    let early = early.or(late);
+    searched.concluded(request, early)
 }
 
 /// Reads a project's files into a program and applies the stated facts. No pass runs, and nothing is priced or
@@ -308,7 +321,7 @@ const MANY: u64 = 10_000;
 ///
 /// Following may change the program: it may replace reads by any value, or follow summarised loops after all. In that
 /// case these runs are discarded, and new ones are made after the search. If it only excludes more scans, the longest
-/// of these runs is repeated in the changed program.
+/// of these runs is repeated in the changed program, and replaced until an earlier scan can leave its start state.
 struct LowerBoundSearch {
     /// The program as it was before the analysis followed it.
     program: Program,
@@ -335,9 +348,62 @@ impl LowerBoundSearch {
         })
     }
 
-    fn run(&self, request: &Request<'_>) -> Result<EarlyRuns, String> {
+    /// Makes the runs. `None` if the program has not been followed by then: the thread that follows it continues with
+    /// these runs.
+    fn run(
+        &self,
+        request: &Request<'_>,
+        handover: &Mutex<Handover>,
+    ) -> Option<Result<EarlyRuns, String>> {
         let limits = limits(request, self.deadline);
-        real::RunSearch { program: &self.program, least: &self.least, limits }.search_early()
+        let search = real::RunSearch { program: &self.program, least: &self.least, limits };
+        match search.search_early() {
+            Ok(early) => {
+                let (early, given) = complete(handover, |half| half.early = Some(early))?;
+                Some(self.kept(request, early, &given))
+            }
+            Err(fault) => Some(Err(fault)),
+        }
+    }
+
+    /// The runs, of which the longest is repeated in the program as it is when it has been followed, and replaced until
+    /// an earlier scan can leave its start state.
+    fn kept(
+        &self,
+        request: &Request<'_>,
+        early: EarlyRuns,
+        (program, prices): &(Program, Prices),
+    ) -> Result<EarlyRuns, String> {
+        if !real::has_same_instructions(&self.program, program) {
+            return Ok(early);
+        }
+        let limits = limits(request, self.deadline);
+        let search = real::RunSearch { program, least: &self.least, limits };
+        search.kept(search.repeated(early)?, prices, request.trusted())
+    }
+}
+
+/// What one thread leaves for the other one: early real runs, or the program as it is when it has been followed, with
+/// its prices. The second thread takes both and continues.
+#[derive(Default)]
+struct Handover {
+    early: Option<EarlyRuns>,
+    followed: Option<(Program, Prices)>,
+}
+
+/// Leaves one half. Returns both if the other one is there.
+fn complete(
+    handover: &Mutex<Handover>,
+    leave: impl FnOnce(&mut Handover),
+) -> Option<(EarlyRuns, (Program, Prices))> {
+    let mut halves = handover.lock().unwrap_or_else(PoisonError::into_inner);
+    leave(&mut halves);
+    match std::mem::take(&mut *halves) {
+        Handover { early: Some(early), followed: Some(followed) } => Some((early, followed)),
+        half => {
+            *halves = half;
+            None
+        }
     }
 }
 

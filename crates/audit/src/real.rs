@@ -2,6 +2,7 @@
 //! remains after what this run showed, and so on.
 
 use super::modelling::LONGEST_SCAN;
+use super::start_states;
 use super::violations::Violations;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
@@ -9,13 +10,16 @@ use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Program, Step, Witness, 
 use scanbound_model::groups::{groups, unused_constraints, witness};
 use scanbound_model::lower_bound::{Treatment, lower_bound_model};
 use scanbound_model::{Assignment, Atom, Lit, Origin, ScanModel, VarId, VarKind};
+use scanbound_passes::values::Trust;
 use scanbound_replay::run::Outside;
 use scanbound_replay::{FreeValues, Readings, RealRun, StopReason, Stopped, Trace, real, traced};
 use scanbound_scan::size_limits::SizeLimits;
 use scanbound_scan::{Purpose, scan_model_with_knowledge};
 use scanbound_solve::{Decisions, Limits, Method, maxima, maximum};
+use scanbound_timing::price::Prices;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Instant;
 
 /// The largest number of instructions that a real run executes.
 const MAX_INSTRUCTIONS: u64 = 400_000;
@@ -54,6 +58,9 @@ pub struct RunResults {
     /// True if it was not decided whether any scan can start in the state in which the longest real run starts. Unless
     /// a run from power-up leads to the longest real run, no lower bound may then rest on it.
     pub is_start_undecided: bool,
+    /// The time and the start values of the longest real run whose start state was examined and not excluded: an
+    /// earlier scan may leave it, or that was not decided in time and need not be. `None` if there is none yet.
+    pub kept: Option<(Picos, Witness)>,
     /// The number of gates of the last model in which a longer run was searched for. 0 if there was none.
     pub gates: usize,
 }
@@ -72,6 +79,7 @@ impl RunResults {
             knowledge,
             violations: Violations::default(),
             is_start_undecided: false,
+            kept: None,
             gates: 0,
         };
         learn(&mut found.knowledge, &mut found.best);
@@ -174,6 +182,29 @@ impl RunSearch<'_> {
         Ok(goes_on)
     }
 
+    /// This search, which ends when half of the time that is left has passed.
+    pub(super) fn half_time(&self) -> RunSearch<'_> {
+        let now = Instant::now();
+        let half = |end: Instant| now + end.saturating_duration_since(now) / 2;
+        let limits = Limits { deadline: self.limits.deadline.map(half), ..self.limits };
+        RunSearch { limits, ..*self }
+    }
+
+    /// These runs, of which the longest is replaced until some earlier scan can leave the state in which it starts.
+    ///
+    /// # Errors
+    /// As for [`Self::search_early`].
+    pub fn kept(
+        &self,
+        early: EarlyRuns,
+        prices: &Prices,
+        trust: Trust,
+    ) -> Result<EarlyRuns, String> {
+        let longest = (&early.found.witness.clone(), LONGEST_SCAN);
+        let found = start_states::keep_possible(self, prices, trust, longest, early.found)?;
+        Ok(EarlyRuns { found, ..early })
+    }
+
     /// Repeats the longest of these runs, which were made in a program that has the same instructions, but knows less
     /// about the start of a scan and about timers ([`has_same_instructions`]). If the run turns out to be impossible,
     /// the search goes on.
@@ -188,7 +219,10 @@ impl RunSearch<'_> {
         found.violations = Violations::default();
         found.violations.note(self.program, &found.best, None);
         if !found.best.is_possible() {
+            found.kept = None;
             gates = 0;
+            let repaired = start_states::repaired(self, &found)?;
+            found = repaired.unwrap_or(found);
             goes_on = self.lengthen(&mut found, None, &mut gates)?;
         }
         Ok(EarlyRuns { found, goes_on, gates })
@@ -214,7 +248,8 @@ impl RunSearch<'_> {
         let start = std::mem::replace(&mut found.witness, longest.clone());
         // Steering may make this run the longest one, even if it is not.
         if self.is_large() || goes_on && found.best.replay.total > early {
-            self.lengthen(&mut found, Some(upper), &mut gates)?;
+            // The other half of the time is for examining where the run starts.
+            self.half_time().lengthen(&mut found, Some(upper), &mut gates)?;
         }
         found.keep_better(before, start);
         self.within(&found.best, upper)?;
@@ -358,7 +393,7 @@ impl RunSearch<'_> {
     }
 
     fn is_late(&self) -> bool {
-        self.limits.deadline.is_some_and(|end| std::time::Instant::now() >= end)
+        self.limits.deadline.is_some_and(|end| Instant::now() >= end)
     }
 
     /// Makes a real run. `Err` if an operation wrote a cell that its effects do not declare, or if a word left the

@@ -18,11 +18,22 @@ impl Changes {
         self.start.is_empty() && self.outside.is_empty()
     }
 
-    /// Adds other changes. Returns false, after which these changes are of no use, if they contradict each other.
+    /// Adds other changes if they do not contradict these. Returns whether it did.
     pub(super) fn add(&mut self, other: &Changes) -> bool {
-        let cells = other.start.iter().all(|(&cell, &(mask, value))| self.set(cell, mask, value));
-        let mut keys = other.outside.iter();
-        cells && keys.all(|(key, &(mask, value))| self.set_outside(key, mask, value))
+        let fits = |held: Option<&(u16, u16)>, wanted: &(u16, u16)| {
+            held.is_none_or(|held| (held.1 ^ wanted.1) & held.0 & wanted.0 == 0)
+        };
+        let fits = other.start.iter().all(|(cell, one)| fits(self.start.get(cell), one))
+            && other.outside.iter().all(|(key, one)| fits(self.outside.get(key), one));
+        if fits {
+            for (&cell, &(mask, value)) in &other.start {
+                self.set(cell, mask, value);
+            }
+            for (key, &(mask, value)) in &other.outside {
+                self.set_outside(key, mask, value);
+            }
+        }
+        fits
     }
 
     /// Adds bits of a cell. Returns false if they contradict these changes.

@@ -39,12 +39,36 @@ const MAX_RELAYS: usize = 200;
 /// The most words whose states are examined. With more, it is not decided which states occur.
 const MAX_WORDS: usize = 32;
 
-/// Replaces the longest real run until some earlier scan can leave the state in which it starts. If that is not decided
-/// within the limits, the last run stays, and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where
+/// Replaces the longest real run until some earlier scan can leave the state in which it starts; if none is longer, by
+/// the run that was examined before ([`RunResults::kept`]). If it is not decided within the limits, the last run stays,
+/// and [`RunResults::is_start_undecided`] says so: with [`Trust::All`], where
 /// all start states are those that the program reaches; if the user states devices that only the program writes; if the
 /// program has charts, whose state nobody else writes; and after many replacements. `longest` is the start of the
 /// model's longest scan, and `upper` the bound on all charges.
 pub(super) fn keep_possible(
+    search: &RunSearch<'_>,
+    prices: &Prices,
+    trust: Trust,
+    longest: (&Witness, Picos),
+    found: RunResults,
+) -> Result<RunResults, String> {
+    let Some((took, kept)) = found.kept.clone() else {
+        return occurring(search, prices, trust, longest, found);
+    };
+    if found.witness == kept {
+        return Ok(found);
+    }
+    let mut found = occurring(search, prices, trust, longest, found)?;
+    if !found.best.is_possible() || found.best.replay.total < took {
+        found.best = search.real(&kept)?;
+        found.witness = kept;
+        found.is_start_undecided = false;
+    }
+    Ok(found)
+}
+
+/// As [`keep_possible`], whatever is known of other runs.
+fn occurring(
     search: &RunSearch<'_>,
     prices: &Prices,
     trust: Trust,
@@ -99,10 +123,13 @@ pub(super) fn keep_possible(
     let is_required = trust == Trust::All
         || !search.program.internal.is_empty()
         || !search.program.charts.active.is_empty();
-    let undecided = |found: RunResults| RunResults { is_start_undecided: is_required, ..found };
+    let undecided = |found: RunResults| match is_required {
+        true => RunResults { is_start_undecided: true, ..found },
+        false => examined(found),
+    };
     let (bits, mut states) = match left.find() {
         Ok(Some(left)) => left,
-        Ok(None) => return Ok(found),
+        Ok(None) => return Ok(examined(found)),
         Err(Undecided) => return Ok(undecided(found)),
     };
     // The longest run so far whose start state may occur.
@@ -119,15 +146,18 @@ pub(super) fn keep_possible(
         let more = keeping.filter(|(present, _)| known.insert(**present));
         program.invariants.extend(more.filter_map(|(_, holds)| holds.clone()));
         match occurs {
-            StartState::MayOccur if !search.is_large() => return Ok(found),
+            StartState::MayOccur if !search.is_large() => return Ok(examined(found)),
             StartState::MayOccur => {
                 let before = found.best.replay.total;
-                kept = Some(found.clone());
+                kept = Some(examined(found.clone()));
                 if trust == Trust::All {
                     let earlier = earlier_choices(search.program);
                     program.kinds.retain(|choice, _| !earlier.contains(choice));
                 }
-                RunSearch { program, ..*search }.steer(&mut found, Some(upper))?;
+                // The other half of the time is for examining where the longer run starts.
+                RunSearch { program, limits, ..*search }
+                    .half_time()
+                    .steer(&mut found, Some(upper))?;
                 if found.best.replay.total == before || Instant::now() >= deadline {
                     break;
                 }
@@ -150,6 +180,12 @@ pub(super) fn keep_possible(
     Ok(kept.unwrap_or(RunResults { is_start_undecided: true, ..found }))
 }
 
+/// The results, with their longest run as one whose start state was examined.
+fn examined(found: RunResults) -> RunResults {
+    let kept = Some((found.best.replay.total, found.witness.clone()));
+    RunResults { kept, ..found }
+}
+
 /// The run, if it starts as this program allows it; otherwise one that is changed little, or the longest one that a new
 /// search finds.
 fn again(
@@ -170,7 +206,10 @@ fn again(
 /// The run changed at its start so that it breaks no invariant of the program, one after another: of the values that
 /// the first broken one names, that is taken after which the fewest are broken, and the run is the longest. `None` if
 /// no such changes lead to a possible run.
-fn repaired(search: &RunSearch<'_>, found: &RunResults) -> Result<Option<RunResults>, String> {
+pub(super) fn repaired(
+    search: &RunSearch<'_>,
+    found: &RunResults,
+) -> Result<Option<RunResults>, String> {
     let mut witness = found.witness.clone();
     let mut seen = vec![witness.start.clone()];
     let mut broken = search.broken(&witness);

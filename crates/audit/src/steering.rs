@@ -7,20 +7,20 @@ use super::start_changes::Changes;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, ChoiceId, Compare, Frame, Join, Logic, Number, NumberFormat, Program,
-    Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
+    BitSource, BitTarget, Cell, ChoiceId, Compare, Frame, Join, Logic, Number, NumberFormat,
+    Program, Region, Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
 };
 use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that all runs of one call execute, about a second of work for each million.
-const MAX_EXECUTED: usize = 3_000_000;
-/// Steering ends when the runs that executed so many instructions made the longest one less than a hundredth longer.
-const MAX_FRUITLESS: usize = 400_000;
+const MAX_EXECUTED: usize = 4_000_000;
+/// Steering ends when the runs that executed so many instructions found no longer one.
+const MAX_FRUITLESS: usize = 1_000_000;
 /// The largest number of instructions that one change of the start is meant for.
-const MAX_TARGETS: usize = 400;
-/// The largest number of executions of an instruction in loops that one change of the start is meant for.
-const MAX_ITERATIONS: usize = 100;
+const MAX_TARGETS: usize = 1000;
+/// Changes that would make the run longer by less than this part of it are not tried.
+const LEAST_GAIN: u64 = 2000;
 /// The largest number of steps in which a change is worked out.
 const MAX_STEPS: usize = 4000;
 
@@ -62,6 +62,14 @@ struct Routine {
 /// What a change of the start is meant for: an instruction in a call context.
 type Target = (usize, Vec<Frame>);
 
+/// An instruction that would make the run longer, by about this time in picoseconds, with the changes for it.
+#[derive(Clone)]
+struct Wanted {
+    target: Target,
+    gain: u64,
+    changes: Changes,
+}
+
 /// What an instruction shall do.
 #[derive(Clone, Copy)]
 enum Goal {
@@ -78,24 +86,22 @@ impl RunSearch<'_> {
     /// # Errors
     /// That a run contradicts the analysis.
     pub(super) fn steer(&self, found: &mut RunResults, upper: Option<Picos>) -> Result<(), String> {
-        let (mut gained, mut gained_at) = (found.best.replay.total.0, 0);
+        let mut gained_at = 0;
         let sums = Sums::of(self.program, self.least);
         let mut tried: BTreeSet<Target> = BTreeSet::new();
         let mut executed = 0;
         while found.best.is_possible() && executed < MAX_EXECUTED && !self.is_over() {
-            if found.best.replay.total.0 > gained.saturating_add(gained / 100) {
-                (gained, gained_at) = (found.best.replay.total.0, executed);
-            } else if executed - gained_at > MAX_FRUITLESS {
+            if executed - gained_at > MAX_FRUITLESS {
                 break;
             }
             let (run, trace) = self.traced(&found.witness);
             executed += run.replay.events.len();
             let conditions = Conditions::of(self.program, &run, &trace);
-            let mut wanted: Vec<(Target, Changes)> = Vec::new();
+            let mut wanted: Vec<Wanted> = Vec::new();
             let mut all = Changes::default();
             // If one iteration of a loop cannot be changed, the others hardly can.
             let mut failed: BTreeSet<usize> = BTreeSet::new();
-            for (target, event, goal) in conditions.targets(self.least, &sums) {
+            for (gain, target, event, goal) in conditions.targets(self.least, &sums) {
                 if wanted.len() >= MAX_TARGETS || self.is_over() {
                     break;
                 }
@@ -111,22 +117,29 @@ impl RunSearch<'_> {
                     tried.insert(target);
                     continue;
                 }
-                let mut together = all.clone();
-                if together.add(&alone) {
-                    all = together;
-                    wanted.push((target, alone));
+                if all.add(&alone) {
+                    wanted.push(Wanted { target, gain, changes: alone });
                 }
             }
             if wanted.is_empty() {
                 break;
             }
-            // All changes together, or the first half of them, and so on.
-            let mut count = wanted.len();
-            loop {
-                let mut changes = Changes::default();
-                for (_, one) in &wanted[..count] {
-                    changes.add(one);
+            // All changes together; if these lead to no longer run, each quarter of them, and so on.
+            let mut open = vec![wanted];
+            while let Some(mut part) = open.pop() {
+                if executed >= MAX_EXECUTED
+                    || executed - gained_at > MAX_FRUITLESS
+                    || self.is_over()
+                {
+                    break;
                 }
+                let worth = part.iter().map(|one| one.gain).fold(0, u64::saturating_add);
+                if worth < found.best.replay.total.0 / LEAST_GAIN {
+                    tried.extend(part.into_iter().map(|one| one.target));
+                    continue;
+                }
+                let mut changes = Changes::default();
+                part.retain(|one| changes.add(&one.changes));
                 let witness = self.changed(&found.witness, &changes);
                 let mut run = self.real(&witness)?;
                 executed += run.replay.events.len();
@@ -134,18 +147,43 @@ impl RunSearch<'_> {
                     self.within(&run, upper)?;
                 }
                 if run.is_possible() && run.replay.total > found.best.replay.total {
+                    gained_at = executed;
                     found.note(self.program, &mut run);
                     found.replace(run, witness);
-                    break;
+                    continue;
                 }
-                if count == 1 || executed >= MAX_EXECUTED || self.is_over() {
-                    tried.insert(wanted.swap_remove(0).0);
-                    break;
+                // Without the changes of what a broken invariant reads, the others may lead to a run.
+                let broken = self.read_by(&run.replay.broken_invariants);
+                let before = part.len();
+                let (left, guilty): (Vec<_>, Vec<_>) = part
+                    .into_iter()
+                    .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
+                tried.extend(guilty.into_iter().map(|one| one.target));
+                match left.len() {
+                    0 => {}
+                    count if count < before => open.push(left),
+                    1 => tried.extend(left.into_iter().map(|one| one.target)),
+                    count => {
+                        let quarters = left.chunks(count.div_ceil(4)).rev();
+                        open.extend(quarters.map(<[_]>::to_vec));
+                    }
                 }
-                count = count.div_ceil(4).min(count - 1);
             }
         }
         Ok(())
+    }
+
+    /// The cells that these invariants of the program read.
+    fn read_by(&self, invariants: &[usize]) -> BTreeSet<Cell> {
+        let mut found = BTreeSet::new();
+        for holds in invariants.iter().filter_map(|&at| self.program.invariants.get(at)) {
+            holds.each_read(&mut |source| {
+                if let Some(Region::Range { first, .. }) = source.region() {
+                    found.insert(first);
+                }
+            });
+        }
+        found
     }
 
     /// The witness with these changes of its start.
@@ -295,11 +333,10 @@ impl<'a> Conditions<'a> {
     }
 
     /// The instructions that would make the run longer if they fired, did not fire, or iterated more often, the most
-    /// time first, each with its event. The instruction that stopped the run, which may have no event, comes first: the
+    /// time first, each with that time and its event. The instruction that stopped the run, which may have no event, comes first: the
     /// number of events stands for its event.
-    fn targets(&self, times: &[Times], sums: &Sums) -> Vec<(Target, usize, Goal)> {
+    fn targets(&self, times: &[Times], sums: &Sums) -> Vec<(u64, Target, usize, Goal)> {
         let mut found: Vec<(u64, Target, usize, Goal)> = Vec::new();
-        let mut seen: BTreeMap<(usize, bool), usize> = BTreeMap::new();
         for (number, event) in self.run.replay.events.iter().enumerate() {
             if event.is_uncertain {
                 continue;
@@ -331,9 +368,7 @@ impl<'a> Conditions<'a> {
                 Step::Act { .. } if event.fired => (off.saturating_sub(on), Goal::Fires(false)),
                 _ => continue,
             };
-            let seen = seen.entry((at, matches!(goal, Goal::Fires(true)))).or_default();
-            if gain > 0 && *seen < MAX_ITERATIONS {
-                *seen += 1;
+            if gain > 0 {
                 found.push((gain, (at, event.frames.to_vec()), number, goal));
             }
         }
@@ -349,10 +384,9 @@ impl<'a> Conditions<'a> {
                 }
                 _ => (events, Goal::Fires(false)),
             };
-            ((one.at, one.frames.to_vec()), event, goal)
+            (u64::MAX, (one.at, one.frames.to_vec()), event, goal)
         });
-        let others = found.into_iter().map(|(_, target, event, goal)| (target, event, goal));
-        first.into_iter().chain(others).collect()
+        first.into_iter().chain(found).collect()
     }
 
     /// The word with the number of iterations of a loop.

@@ -6,8 +6,8 @@ use super::state::{Doubt, State, Truth};
 use super::trace::TracedOperation;
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput,
-    Outcome, Read, Shape, Target, Term,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput, Outcome, Read,
+    Shape, Target, Term,
 };
 use scanbound_ir::{
     AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordSource, WordTarget, Write,

@@ -30,8 +30,8 @@ mod value_tests;
 
 pub use cases::{Readings, in_all_readings};
 pub use free::FreeValues;
-pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
 pub use operation::run as operate;
+pub use outcome::{Event, RealRun, Replay, StopReason, Stopped};
 pub use trace::{Trace, TracedOperation, TracedRead};
 
 use cases::Cases;
