@@ -126,3 +126,14 @@ fn melsec_clock_data_are_one_date_that_exists() {
     let coded = ["LD SM400", "DATERD D0", "BKBCD D0 D10 K7"];
     assert!(is("melsec-list", &coded, &leap_day, "LD= D10 H1980"));
 }
+
+/// SM702 may let SER search by bisection; M702 is an ordinary relay.
+#[test]
+fn melsec_searches_are_known_beside_ordinary_relays() {
+    let search = |relay: &str| {
+        let lines = ["LD X0", relay, "LD SM400", "MOV K7 D3", "SER K7 D0 D10 K5"].join("\n");
+        real("melsec-list", &format!("{lines}\nLD= D10 K4\nCJ P0\nLD X0\nOUT Y0\nP0"), &[]).stopped
+    };
+    assert_eq!(search("SET M702"), None);
+    assert!(search("SET SM702").is_some());
+}

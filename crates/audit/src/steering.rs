@@ -13,9 +13,9 @@ use scanbound_ir::{
 use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The largest number of instructions that all runs of one call execute, about a second of work for each million.
+/// The largest number of instructions that all runs of one call execute.
 const MAX_EXECUTED: usize = 4_000_000;
-/// Steering ends when the runs that executed so many instructions found no longer one.
+/// Steering ends when runs that executed so many instructions in all were not longer.
 const MAX_FRUITLESS: usize = 1_000_000;
 /// The largest number of instructions that one change of the start is meant for.
 const MAX_TARGETS: usize = 1000;
@@ -70,6 +70,23 @@ struct Wanted {
     changes: Changes,
 }
 
+/// What has been done in a call of [`RunSearch::steer`].
+#[derive(Default)]
+struct Effort {
+    /// The number of instructions that all runs executed.
+    executed: usize,
+    /// That number when the last longer run was found.
+    gained_at: usize,
+    /// The instructions that need not be tried again.
+    tried: BTreeSet<Target>,
+}
+
+impl Effort {
+    fn is_spent(&self) -> bool {
+        self.executed >= MAX_EXECUTED || self.executed - self.gained_at > MAX_FRUITLESS
+    }
+}
+
 /// What an instruction shall do.
 #[derive(Clone, Copy)]
 enum Goal {
@@ -86,87 +103,101 @@ impl RunSearch<'_> {
     /// # Errors
     /// That a run contradicts the analysis.
     pub(super) fn steer(&self, found: &mut RunResults, upper: Option<Picos>) -> Result<(), String> {
-        let mut gained_at = 0;
         let sums = Sums::of(self.program, self.least);
-        let mut tried: BTreeSet<Target> = BTreeSet::new();
-        let mut executed = 0;
-        while found.best.is_possible() && executed < MAX_EXECUTED && !self.is_over() {
-            if executed - gained_at > MAX_FRUITLESS {
-                break;
-            }
+        let mut effort = Effort::default();
+        while found.best.is_possible() && !effort.is_spent() && !self.is_over() {
             let (run, trace) = self.traced(&found.witness);
-            executed += run.replay.events.len();
+            effort.executed += run.replay.events.len();
             let conditions = Conditions::of(self.program, &run, &trace);
-            let mut wanted: Vec<Wanted> = Vec::new();
-            let mut all = Changes::default();
-            // If one iteration of a loop cannot be changed, the others hardly can.
-            let mut failed: BTreeSet<usize> = BTreeSet::new();
-            for (gain, target, event, goal) in conditions.targets(self.least, &sums) {
-                if wanted.len() >= MAX_TARGETS || self.is_over() {
-                    break;
-                }
-                if tried.contains(&target) || failed.contains(&target.0) {
-                    continue;
-                }
-                let mut alone = Changes::default();
-                let mut steps = MAX_STEPS;
-                if !conditions.make(&target, event, goal, &mut alone, &mut steps)
-                    || alone.is_empty()
-                {
-                    failed.insert(target.0);
-                    tried.insert(target);
-                    continue;
-                }
-                if all.add(&alone) {
-                    wanted.push(Wanted { target, gain, changes: alone });
-                }
-            }
+            let wanted = self.wanted(&conditions, &sums, &mut effort.tried);
             if wanted.is_empty() {
                 break;
             }
-            // All changes together; if these lead to no longer run, each quarter of them, and so on.
-            let mut open = vec![wanted];
-            while let Some(mut part) = open.pop() {
-                if executed >= MAX_EXECUTED
-                    || executed - gained_at > MAX_FRUITLESS
-                    || self.is_over()
-                {
-                    break;
-                }
-                let worth = part.iter().map(|one| one.gain).fold(0, u64::saturating_add);
-                if worth < found.best.replay.total.0 / LEAST_GAIN {
-                    tried.extend(part.into_iter().map(|one| one.target));
-                    continue;
-                }
-                let mut changes = Changes::default();
-                part.retain(|one| changes.add(&one.changes));
-                let witness = self.changed(&found.witness, &changes);
-                let mut run = self.real(&witness)?;
-                executed += run.replay.events.len();
-                if let Some(upper) = upper {
-                    self.within(&run, upper)?;
-                }
-                if run.is_possible() && run.replay.total > found.best.replay.total {
-                    gained_at = executed;
-                    found.note(self.program, &mut run);
-                    found.replace(run, witness);
-                    continue;
-                }
-                // Without the changes of what a broken invariant reads, the others may lead to a run.
-                let broken = self.read_by(&run.replay.broken_invariants);
-                let before = part.len();
-                let (left, guilty): (Vec<_>, Vec<_>) = part
-                    .into_iter()
-                    .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
-                tried.extend(guilty.into_iter().map(|one| one.target));
-                match left.len() {
-                    0 => {}
-                    count if count < before => open.push(left),
-                    1 => tried.extend(left.into_iter().map(|one| one.target)),
-                    count => {
-                        let quarters = left.chunks(count.div_ceil(4)).rev();
-                        open.extend(quarters.map(<[_]>::to_vec));
-                    }
+            self.try_changes(found, wanted, &mut effort, upper)?;
+        }
+        Ok(())
+    }
+
+    /// The instructions that would make a run longer, with changes that do not contradict each other. Those for which
+    /// there are none count as tried.
+    fn wanted(
+        &self,
+        conditions: &Conditions<'_>,
+        sums: &Sums,
+        tried: &mut BTreeSet<Target>,
+    ) -> Vec<Wanted> {
+        let mut wanted: Vec<Wanted> = Vec::new();
+        let mut all = Changes::default();
+        // If one iteration of a loop cannot be changed, the others hardly can.
+        let mut failed: BTreeSet<usize> = BTreeSet::new();
+        for (gain, target, event, goal) in conditions.targets(self.least, sums) {
+            if wanted.len() >= MAX_TARGETS || self.is_over() {
+                break;
+            }
+            if tried.contains(&target) || failed.contains(&target.0) {
+                continue;
+            }
+            let mut changes = Changes::default();
+            let mut steps = MAX_STEPS;
+            let made = conditions.make(&target, event, goal, &mut changes, &mut steps);
+            if !made || changes.is_empty() {
+                failed.insert(target.0);
+                tried.insert(target);
+            } else if all.add(&changes) {
+                wanted.push(Wanted { target, gain, changes });
+            }
+        }
+        wanted
+    }
+
+    /// Makes a run with all changes together; if it is not longer, one with each quarter of them, and so on.
+    fn try_changes(
+        &self,
+        found: &mut RunResults,
+        wanted: Vec<Wanted>,
+        effort: &mut Effort,
+        upper: Option<Picos>,
+    ) -> Result<(), String> {
+        let mut open = vec![wanted];
+        while let Some(part) = open.pop() {
+            if effort.is_spent() || self.is_over() {
+                break;
+            }
+            let worth = part.iter().map(|one| one.gain).fold(0, u64::saturating_add);
+            if worth < found.best.replay.total.0 / LEAST_GAIN {
+                effort.tried.extend(part.into_iter().map(|one| one.target));
+                continue;
+            }
+            let mut changes = Changes::default();
+            for one in &part {
+                changes.add(&one.changes);
+            }
+            let witness = self.changed(&found.witness, &changes);
+            let mut run = self.real(&witness)?;
+            effort.executed += run.replay.events.len();
+            if let Some(upper) = upper {
+                self.within(&run, upper)?;
+            }
+            if run.is_possible() && run.replay.total > found.best.replay.total {
+                effort.gained_at = effort.executed;
+                found.note(self.program, &mut run);
+                found.replace(run, witness);
+                continue;
+            }
+            // Without the changes of what a broken invariant reads, the others may lead to a run.
+            let broken = self.read_by(&run.replay.broken_invariants);
+            let before = part.len();
+            let (left, guilty): (Vec<_>, Vec<_>) = part
+                .into_iter()
+                .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
+            effort.tried.extend(guilty.into_iter().map(|one| one.target));
+            match left.len() {
+                0 => {}
+                count if count < before => open.push(left),
+                1 => effort.tried.extend(left.into_iter().map(|one| one.target)),
+                count => {
+                    let quarters = left.chunks(count.div_ceil(4)).rev();
+                    open.extend(quarters.map(<[_]>::to_vec));
                 }
             }
         }

@@ -42,6 +42,12 @@ fn a_run_is_steered_to_what_is_expensive() {
         "LD X0\nRST M3\nLD M3",
         "LDD= D10 K70000\nAND<> D12 K0",
         "LD X0\nMC N0 M0\nLD X1\nOUT M1\nMCR N0\nLD M1",
+        "LD SM400\nMOV K4X10 D6\nSFR D6 K1\nLD SM700",
+        "LD SM400\nMOV K4X10Z1 D6\nROL D6 K3\nLD D6.2",
+        "LD SM400\nBMOV D20 D40 K9\nLD D44.7\nAND= D46 K9",
+        "LD SM400\nMOV K3 Z1\nBMOV D20Z1 D40 K9\nSWAP D41\nLD D41.B",
+        "LD SM400\nWTOB D20 D40 K6\nLD D43.2",
+        "LD SM400\nDECO D20 M40 K3\nLD M44",
     ] {
         let (first, last) = steered(&format!("{way}\n{move_all}\nEND\n"));
         // The move takes more than 10 us longer if it fires.

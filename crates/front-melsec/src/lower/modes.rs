@@ -162,17 +162,23 @@ fn named(items: &[Item<'_>]) -> BTreeMap<AreaId, u32> {
 fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
     let touched = |first: u32, last: u32| relays.iter().any(|relay| (first..=last).contains(relay));
     let in_name = |operand: &Result<Operand, String>| match operand {
-        Ok(Operand::Device(device)) if matches!(device.name, "M" | "SM") => match device.place {
-            Place::At(_, relay) => touched(relay, relay),
-            Place::Digits(_, first, digits) => {
-                // A digit designation covers four relays for each digit.
-                touched(first, first + 4 * u32::from(digits) - 1)
-                    || (first >= FIRST_SPECIAL && touched(first, u32::MAX))
+        // Special relays are M8000 and above, or SM; M below that are ordinary relays.
+        Ok(Operand::Device(device))
+            if device.name == "SM"
+                || device.name == "M" && relays.iter().all(|&relay| relay >= FIRST_SPECIAL) =>
+        {
+            match device.place {
+                Place::At(_, relay) => touched(relay, relay),
+                Place::Digits(_, first, digits) => {
+                    // A digit designation covers four relays for each digit.
+                    touched(first, first + 4 * u32::from(digits) - 1)
+                        || (first >= FIRST_SPECIAL && touched(first, u32::MAX))
+                }
+                Place::Indexed(DeviceType::VolatileBit, _)
+                | Place::IndexedDigits(DeviceType::VolatileBit, _) => true,
+                _ => false,
             }
-            Place::Indexed(DeviceType::VolatileBit, _)
-            | Place::IndexedDigits(DeviceType::VolatileBit, _) => true,
-            _ => false,
-        },
+        }
         _ => false,
     };
     let number = |operand: &Result<Operand, String>| match operand {
