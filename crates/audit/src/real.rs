@@ -175,6 +175,10 @@ impl RunSearch<'_> {
         upper: Option<Picos>,
         gates: &mut usize,
     ) -> Result<bool, String> {
+        // Rounds take long in a large program. If an operation error ends the run, it is led around it first.
+        if self.is_large() && !found.best.is_possible() {
+            self.steer(found, upper)?;
+        }
         let goes_on = self.go_on(found, upper, gates)?;
         if self.is_large() {
             self.steer(found, upper)?;

@@ -94,18 +94,21 @@ enum Goal {
     Fires(bool),
     /// This loop makes so many iterations.
     Iterates(u16),
+    /// No operation error stops the CPU there.
+    Runs,
 }
 
 impl RunSearch<'_> {
-    /// Replaces the longest run by longer ones as long as changes of its start find them. No run may take longer than
-    /// `upper`, if that is given.
+    /// Replaces the longest run by longer ones as long as changes of its start find them; a run that an operation error
+    /// ends, by one that gets further. No run may take longer than `upper`, if that is given.
     ///
     /// # Errors
     /// That a run contradicts the analysis.
     pub(super) fn steer(&self, found: &mut RunResults, upper: Option<Picos>) -> Result<(), String> {
         let sums = Sums::of(self.program, self.least);
         let mut effort = Effort::default();
-        while found.best.is_possible() && !effort.is_spent() && !self.is_over() {
+        let goes_on = |run: &RealRun| run.is_possible() || ends_in_error(run);
+        while goes_on(&found.best) && !effort.is_spent() && !self.is_over() {
             let (run, trace) = self.traced(&found.witness);
             effort.executed += run.replay.events.len();
             let conditions = Conditions::of(self.program, &run, &trace);
@@ -178,10 +181,11 @@ impl RunSearch<'_> {
             if let Some(upper) = upper {
                 self.within(&run, upper)?;
             }
-            if run.is_possible() && run.replay.total > found.best.replay.total {
+            let rank = |run: &RealRun| (run.is_possible(), run.replay.total);
+            if (run.is_possible() || ends_in_error(&run)) && rank(&run) > rank(&found.best) {
                 effort.gained_at = effort.executed;
                 found.note(self.program, &mut run);
-                found.replace(run, witness);
+                (found.best, found.witness) = (run, witness);
                 continue;
             }
             // Without the changes of what a broken invariant reads, the others may lead to a run.
@@ -230,6 +234,13 @@ impl RunSearch<'_> {
         }
         changed
     }
+}
+
+/// Whether nothing but an operation error makes a run impossible.
+fn ends_in_error(run: &RealRun) -> bool {
+    run.stopped.as_ref().is_some_and(|stopped| stopped.reason == StopReason::Error)
+        && run.replay.broken_ranges.is_empty()
+        && run.replay.broken_invariants.is_empty()
 }
 
 /// The sums of the larger times of the instructions before each instruction.
@@ -405,11 +416,13 @@ impl<'a> Conditions<'a> {
         }
         found.sort_by(|a, b| b.0.cmp(&a.0).then(a.2.cmp(&b.2)));
         let stopped = self.run.stopped.as_ref();
-        let stopped = stopped.filter(|one| matches!(one.reason, StopReason::Unknown(_)));
+        let is_avoided = |reason| matches!(reason, StopReason::Unknown(_) | StopReason::Error);
+        let stopped = stopped.filter(|one| is_avoided(one.reason));
         let first = stopped.map(|one| {
             let step = &self.program.instructions[one.at].step;
             let events = self.run.replay.events.len();
             let (event, goal) = match step {
+                _ if one.reason == StopReason::Error => (events, Goal::Runs),
                 Step::ForBegin { .. } | Step::Summary(_) => {
                     (events.saturating_sub(1), Goal::Iterates(self.most_iterations(one.at).max(1)))
                 }
@@ -474,6 +487,15 @@ impl<'a> Conditions<'a> {
                 self.fires(event, on, changes, steps)
             }
             Goal::Fires(on) => self.solve(self.end, on, changes, steps),
+            Goal::Runs => {
+                let error = self.program.errors.get(&target.0);
+                let mut more = changes.clone();
+                if error.is_some_and(|error| self.logic(event, error, false, &mut more, steps)) {
+                    *changes = more;
+                    return true;
+                }
+                self.solve(self.end, false, changes, steps)
+            }
             Goal::Iterates(count) => self
                 .counted(target.0)
                 .is_some_and(|word| self.word(event, word, count, changes, steps)),
@@ -530,7 +552,10 @@ impl<'a> Conditions<'a> {
             return false;
         }
         match logic {
-            Logic::Condition => self.solve(self.of_events[event], on, changes, steps),
+            Logic::Condition => {
+                let node = self.of_events.get(event).copied().unwrap_or(self.end);
+                self.solve(node, on, changes, steps)
+            }
             Logic::Const(value) => *value == on,
             Logic::Not(inner) => self.logic(event, inner, !on, changes, steps),
             Logic::All(parts) | Logic::Any(parts) => {

@@ -64,3 +64,12 @@ fn a_run_is_steered_around_what_stops_it() {
     let (first, last) = steered("LDI X0\nMOV @D0 D2\nLD SM400\nBMOV D1000 D3000 K900\nEND\n");
     assert!(last.0 > first.0 + 10_000_000, "{first} {last}");
 }
+
+#[test]
+fn a_run_is_steered_around_operation_errors() {
+    // A lower limit above the upper one stops the CPU: at the first instruction, and behind it.
+    let (first, last) = steered(
+        "LD SM400\nDLIMIT K1 D10 D20 D22\nLIMIT K5 D12 D24 D26\nLD X0\nBMOV D1000 D3000 K900\nEND\n",
+    );
+    assert!(last.0 > first.0 + 10_000_000, "{first} {last}");
+}

@@ -142,7 +142,11 @@ impl<'p> Machine<'p> {
         self.state.cases = Cases::of_scan(Readings::new());
         self.state.trace = Some(Box::default());
         let run = self.real_run();
-        (run, self.state.trace.take().map_or_else(Trace::default, |trace| *trace))
+        let mut trace = self.state.trace.take().map_or_else(Trace::default, |trace| *trace);
+        if run.stopped.is_some() {
+            trace.reads.push(std::mem::take(&mut trace.current));
+        }
+        (run, trace)
     }
 
     fn real_run(&mut self) -> RealRun {

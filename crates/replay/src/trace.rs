@@ -28,7 +28,7 @@ pub struct TracedOperation {
 /// What a run read and wrote. Events are counted as in [`Replay::events`](super::Replay::events).
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// What each event read outside of operations.
+    /// What each event read outside of operations. If the run stopped, the instruction that stopped it comes last.
     pub reads: Vec<Vec<TracedRead>>,
     /// The events that wrote a cell or may have written it, in order.
     pub writes: FxHashMap<Cell, Vec<usize>>,

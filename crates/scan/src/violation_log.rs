@@ -103,10 +103,9 @@ impl ViolationLog {
     pub fn note_havoc(&mut self, circuit: &mut Circuit, region: Region, guard: Lit) {
         let lent = self.lenders.iter().filter(|(copy, _)| region.contains(**copy));
         let lent: Vec<Cell> = lent.flat_map(|(_, own)| own).copied().collect();
-        for (cell, watched) in &mut self.words {
-            if region.contains(*cell) || lent.contains(cell) {
-                watched.broken = circuit.or(watched.broken, guard);
-            }
+        let is_havocked = |cell: &Cell| region.contains(*cell) || lent.contains(cell);
+        for (_, watched) in self.words.iter_mut().filter(|(cell, _)| is_havocked(cell)) {
+            watched.broken = circuit.or(watched.broken, guard);
         }
     }
 
