@@ -317,3 +317,13 @@ fn a_type_may_not_say_what_references_mean() {
     assert_eq!(read(&part(""), "S := (p := REF(g1))", "s.p"), Ok(1));
     assert!(read(&part(" := NULL"), "S", "s.p").is_ok());
 }
+
+/// Controllers evaluate the index of an assigned element before or after the value, and the index may change the value.
+#[test]
+fn an_assigned_value_is_read_before_or_after_the_index_changes_it() {
+    for (value, is_reached) in [(0, true), (1, true), (2, false)] {
+        let body =
+            format!("n := 0; c[LIMIT(0, G() - 7, 2)] := n; IF c[0] = {value} THEN {PROBE} END_IF");
+        assert_eq!(bound(&body), Ok(u64::from(is_reached)), "{value}");
+    }
+}

@@ -646,7 +646,11 @@ impl<'t> Lower<'t> {
     ) -> Result<(), Fault> {
         let other = self.differs(TARGET_FIRST);
         let first = self.jump(other, None);
-        let found = self.open_value(at, value)?;
+        // The value is stored, because the index may change what it is read from.
+        let found = match self.open_value(at, value)? {
+            known @ Value::Constant(_) => known,
+            found => self.stored(found, true),
+        };
         self.assign(at, target, Some(value), found, line)?;
         let end = self.jump(Logic::Const(true), None);
         self.land(first);
