@@ -42,7 +42,6 @@ mod modelling;
 mod names;
 pub mod net;
 pub mod offer;
-mod operations_undone;
 mod parts;
 mod pipeline;
 mod power_up;
@@ -82,6 +81,7 @@ mod violations;
 mod watchdog;
 mod weight;
 mod what_if;
+mod worked_back;
 
 pub use audit::Audit;
 pub use coactivity::coactivity;

@@ -3,8 +3,9 @@
 //! setting.
 
 use super::exclusive_relays::ExclusiveRelays;
+use super::modelling::LONGEST_SCAN;
 use super::reachable;
-use super::real::{self, RunResults, RunSearch};
+use super::real::{self, EarlyRuns, RunResults, RunSearch};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::{ChoiceKind, Knowledge, Operation};
 use scanbound_ir::timers::Expiry;
@@ -199,75 +200,89 @@ fn again(
     if stricter.real(&found.witness)?.is_possible() {
         return Ok(found);
     }
-    let repaired = if search.is_large() { repaired(&stricter, &found)? } else { None };
+    let repaired = if search.is_large() { stricter.repaired(&found)? } else { None };
     repaired.map_or_else(|| search_again(search, program, prices, longest, found), Ok)
 }
 
-/// The run changed at its start so that it breaks no invariant of the program, one after another: of the values that
-/// the first broken one names, that is taken after which the fewest are broken, and the run is the longest. `None` if
-/// no such changes lead to a possible run.
-pub(super) fn repaired(
-    search: &RunSearch<'_>,
-    found: &RunResults,
-) -> Result<Option<RunResults>, String> {
-    let mut witness = found.witness.clone();
-    let mut seen = vec![witness.start.clone()];
-    let mut broken = search.broken(&witness);
-    // Of many, each is changed at the same time, as long as that helps.
-    let mut nth = 0;
-    while broken.len() >= MANY && nth < MANY {
-        let mut changed = witness.clone();
-        for holds in broken.iter().filter_map(|&at| search.program.invariants.get(at)) {
-            changed.start.extend(values(search, &witness, holds).get(nth).copied());
-        }
-        let left = search.broken(&changed);
-        if left.len() < broken.len() {
-            (broken, witness) = (left, changed);
-        } else {
-            nth += 1;
-        }
+impl RunSearch<'_> {
+    /// These runs, of which the longest is replaced until some earlier scan can leave the state in which it starts.
+    ///
+    /// # Errors
+    /// As for [`Self::search_early`].
+    pub fn kept(
+        &self,
+        mut early: EarlyRuns,
+        prices: &Prices,
+        trust: Trust,
+    ) -> Result<EarlyRuns, String> {
+        let longest = (&early.found.witness.clone(), LONGEST_SCAN);
+        early.found = keep_possible(self, prices, trust, longest, early.found)?;
+        Ok(early)
     }
-    while let Some(&first) = broken.first() {
-        let Some(holds) = search.program.invariants.get(first) else { return Ok(None) };
-        if seen.len() > MAX_CHANGES || search.is_over() {
-            return Ok(None);
-        }
-        let mut least: Vec<(Vec<usize>, Witness)> = Vec::new();
-        for (cell, value) in values(search, &witness, holds) {
+
+    /// The run changed at its start so that it breaks no invariant of the program, one after another: of the values
+    /// that the first broken one names, that is taken after which the fewest are broken, and the run is the longest.
+    /// `None` if no such changes lead to a possible run.
+    pub(super) fn repaired(&self, found: &RunResults) -> Result<Option<RunResults>, String> {
+        let mut witness = found.witness.clone();
+        let mut seen = vec![witness.start.clone()];
+        let mut broken = self.broken(&witness);
+        // Of many, each is changed at the same time, as long as that helps.
+        let mut nth = 0;
+        while broken.len() >= MANY && nth < MANY {
             let mut changed = witness.clone();
-            changed.start.insert(cell, value);
-            let left = search.broken(&changed);
-            if left.contains(&first) || seen.contains(&changed.start) {
-                continue;
+            for holds in broken.iter().filter_map(|&at| self.program.invariants.get(at)) {
+                changed.start.extend(values(self, &witness, holds).get(nth).copied());
             }
-            let fewest = least.first().map_or(usize::MAX, |(one, _)| one.len());
-            if left.len() < fewest {
-                least.clear();
-            }
-            if left.len() <= fewest {
-                least.push((left, changed));
+            let left = self.broken(&changed);
+            if left.len() < broken.len() {
+                (broken, witness) = (left, changed);
+            } else {
+                nth += 1;
             }
         }
-        let mut longest = 0;
-        if least.len() > 1 {
-            let times = least.iter().map(|(_, one)| Ok(search.real(one)?.replay.total));
-            let times = times.collect::<Result<Vec<Picos>, String>>()?;
-            longest = (0..times.len()).max_by_key(|&at| times[at]).unwrap_or(0);
+        while let Some(&first) = broken.first() {
+            let Some(holds) = self.program.invariants.get(first) else { return Ok(None) };
+            if seen.len() > MAX_CHANGES || self.is_over() {
+                return Ok(None);
+            }
+            let mut least: Vec<(Vec<usize>, Witness)> = Vec::new();
+            for (cell, value) in values(self, &witness, holds) {
+                let mut changed = witness.clone();
+                changed.start.insert(cell, value);
+                let left = self.broken(&changed);
+                if left.contains(&first) || seen.contains(&changed.start) {
+                    continue;
+                }
+                let fewest = least.first().map_or(usize::MAX, |(one, _)| one.len());
+                if left.len() < fewest {
+                    least.clear();
+                }
+                if left.len() <= fewest {
+                    least.push((left, changed));
+                }
+            }
+            let mut longest = 0;
+            if least.len() > 1 {
+                let times = least.iter().map(|(_, one)| Ok(self.real(one)?.replay.total));
+                let times = times.collect::<Result<Vec<Picos>, String>>()?;
+                longest = (0..times.len()).max_by_key(|&at| times[at]).unwrap_or(0);
+            }
+            if least.is_empty() {
+                return Ok(None);
+            }
+            (broken, witness) = least.swap_remove(longest);
+            seen.push(witness.start.clone());
         }
-        if least.is_empty() {
+        let mut run = self.real(&witness)?;
+        if !run.is_possible() {
             return Ok(None);
         }
-        (broken, witness) = least.swap_remove(longest);
-        seen.push(witness.start.clone());
+        let mut repaired = found.clone();
+        repaired.note(self.program, &mut run);
+        (repaired.best, repaired.witness) = (run, witness);
+        Ok(Some(repaired))
     }
-    let mut run = search.real(&witness)?;
-    if !run.is_possible() {
-        return Ok(None);
-    }
-    let mut repaired = found.clone();
-    repaired.note(search.program, &mut run);
-    (repaired.best, repaired.witness) = (run, witness);
-    Ok(Some(repaired))
 }
 
 /// Other values for each cell that a condition on a start state reads, those of words first: for a word those with

@@ -6,11 +6,8 @@ use super::real::{RunResults, RunSearch};
 use super::start_changes::Changes;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::ChoiceKind;
-use scanbound_ir::{
-    BitSource, BitTarget, Cell, ChoiceId, Compare, Frame, Join, Logic, Number, NumberFormat,
-    Program, Region, Relation, Source, Step, When, Witness, WordSource, WordTarget, Write, flow,
-};
-use scanbound_replay::{RealRun, StopReason, Trace, TracedRead};
+use scanbound_ir::{Cell, Frame, Join, Program, Region, Source, Step, Witness, WordSource, flow};
+use scanbound_replay::{RealRun, StopReason, Trace};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that all runs of one call execute.
@@ -25,12 +22,12 @@ const LEAST_GAIN: u64 = 2000;
 const MAX_STEPS: usize = 4000;
 
 /// A condition of the run: an index into [`Conditions::nodes`].
-type Node = usize;
+pub(super) type Node = usize;
 /// The condition that is always true.
 const ALWAYS: Node = 0;
 
 #[derive(Clone, Copy)]
-enum Condition {
+pub(super) enum Condition {
     Always,
     /// Whether an event fired.
     Fired(usize),
@@ -41,14 +38,14 @@ enum Condition {
 /// The conditions under which the instructions of a run were executed.
 pub(super) struct Conditions<'a> {
     pub(super) program: &'a Program,
-    run: &'a RealRun,
+    pub(super) run: &'a RealRun,
     pub(super) trace: &'a Trace,
     /// Each condition with its value in the run.
-    nodes: Vec<(Condition, bool)>,
+    pub(super) nodes: Vec<(Condition, bool)>,
     /// The execution condition of each event.
-    of_events: Vec<Node>,
+    pub(super) of_events: Vec<Node>,
     /// The execution condition of the instruction that would follow the last event in the same routine.
-    end: Node,
+    pub(super) end: Node,
 }
 
 /// The stack and the slots of a routine, as the interpreter has them, with conditions in place of values.
@@ -375,8 +372,8 @@ impl<'a> Conditions<'a> {
     }
 
     /// The instructions that would make the run longer if they fired, did not fire, or iterated more often, the most
-    /// time first, each with that time and its event. The instruction that stopped the run, which may have no event, comes first: the
-    /// number of events stands for its event.
+    /// time first, each with that time and its event. The instruction that stopped the run, which may have no event,
+    /// comes first: the number of events stands for its event.
     fn targets(&self, times: &[Times], sums: &Sums) -> Vec<(u64, Target, usize, Goal)> {
         let mut found: Vec<(u64, Target, usize, Goal)> = Vec::new();
         for (number, event) in self.run.replay.events.iter().enumerate() {
@@ -500,326 +497,5 @@ impl<'a> Conditions<'a> {
                 .counted(target.0)
                 .is_some_and(|word| self.word(event, word, count, changes, steps)),
         }
-    }
-
-    fn fires(&self, event: usize, on: bool, changes: &mut Changes, steps: &mut usize) -> bool {
-        let at = self.run.replay.events[event].instruction;
-        match self.program.instructions[at].step.fires() {
-            Some(logic) => self.logic(event, logic, on, changes, steps),
-            None => on,
-        }
-    }
-
-    fn solve(&self, node: Node, on: bool, changes: &mut Changes, steps: &mut usize) -> bool {
-        if !take(steps) {
-            return false;
-        }
-        let (condition, value) = self.nodes[node];
-        match condition {
-            Condition::Always => on,
-            Condition::Fired(event) => {
-                let is_known = !self.run.replay.events[event].is_uncertain;
-                value == on && is_known || self.fires(event, on, changes, steps)
-            }
-            Condition::And(a, b) | Condition::Or(a, b) => {
-                let is_and = matches!(condition, Condition::And(..));
-                if is_and == on {
-                    return self.solve(a, on, changes, steps) && self.solve(b, on, changes, steps);
-                }
-                // The nearer part first: it is the more specific one.
-                [b, a].into_iter().any(|part| {
-                    let mut more = changes.clone();
-                    let done = self.solve(part, on, &mut more, steps);
-                    if done {
-                        *changes = more;
-                    }
-                    done
-                })
-            }
-        }
-    }
-
-    /// As [`Self::solve`], for an expression of an event's instruction.
-    pub(super) fn logic(
-        &self,
-        event: usize,
-        logic: &Logic,
-        on: bool,
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        if !take(steps) {
-            return false;
-        }
-        match logic {
-            Logic::Condition => {
-                let node = self.of_events.get(event).copied().unwrap_or(self.end);
-                self.solve(node, on, changes, steps)
-            }
-            Logic::Const(value) => *value == on,
-            Logic::Not(inner) => self.logic(event, inner, !on, changes, steps),
-            Logic::All(parts) | Logic::Any(parts) => {
-                if matches!(logic, Logic::All(_)) == on {
-                    return parts.iter().all(|part| self.logic(event, part, on, changes, steps));
-                }
-                parts.iter().any(|part| {
-                    let mut more = changes.clone();
-                    let done = self.logic(event, part, on, &mut more, steps);
-                    if done {
-                        *changes = more;
-                    }
-                    done
-                })
-            }
-            Logic::Bit(source) => self.bit(event, *source, on, changes, steps),
-            Logic::Compare(compare) => self.compare(event, compare, on, changes, steps),
-        }
-    }
-
-    fn read(&self, event: usize, source: Source) -> Option<&TracedRead> {
-        self.trace.reads.get(event)?.iter().find(|read| read.source == source)
-    }
-
-    pub(super) fn bit(
-        &self,
-        event: usize,
-        source: BitSource,
-        on: bool,
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        match source {
-            BitSource::Const(value) => value == on,
-            BitSource::Cell(cell) => self.set(event, cell, 1, on.into(), changes, steps),
-            BitSource::WordBit(cell, bit) => {
-                self.set(event, cell, 1 << bit, u16::from(on) << bit, changes, steps)
-            }
-            BitSource::Free(choice) => {
-                self.choice(event, choice, Source::Bit(source), (1, on.into()), changes, steps)
-            }
-        }
-    }
-
-    fn word(
-        &self,
-        event: usize,
-        source: WordSource,
-        value: u16,
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        match source {
-            WordSource::Const(constant) => constant == value,
-            WordSource::Cell(cell) => self.set(event, cell, u16::MAX, value, changes, steps),
-            WordSource::Bits { first, count } => {
-                (count >= 16 || value >> count == 0)
-                    && (0..count).all(|n| {
-                        let bit = first.plus(u32::from(n));
-                        self.set(event, bit, 1, value >> n & 1, changes, steps)
-                    })
-            }
-            WordSource::Free(choice) => {
-                let wanted = (u16::MAX, value);
-                self.choice(event, choice, Source::Word(source), wanted, changes, steps)
-            }
-        }
-    }
-
-    /// Works out changes after which these bits (mask and values) of a choice, read as `source`, have these values.
-    pub(super) fn choice(
-        &self,
-        event: usize,
-        choice: ChoiceId,
-        source: Source,
-        (mask, value): (u16, u16),
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        match self.program.kinds.get(&choice) {
-            Some(&ChoiceKind::StableExternal(Source::Word(word))) => match word {
-                WordSource::Cell(cell) => self.set(event, cell, mask, value, changes, steps),
-                word => mask == u16::MAX && self.word(event, word, value, changes, steps),
-            },
-            Some(&ChoiceKind::StableExternal(Source::Bit(bit))) => {
-                self.bit(event, bit, value & 1 == 1, changes, steps)
-            }
-            Some(ChoiceKind::Exact(_)) => {
-                self.result(event, choice, (0, 0), (mask, value), changes, steps)
-            }
-            _ => match self.read(event, source) {
-                Some(TracedRead { outside: Some(key), .. }) => {
-                    changes.set_outside(key, mask, value)
-                }
-                _ => false,
-            },
-        }
-    }
-
-    /// The value that an expression of plain words had. `None` for other expressions.
-    fn number(&self, event: usize, number: &Number) -> Option<(Vec<WordSource>, i64)> {
-        let Number::Words(words) = number else { return None };
-        let mut value = 0_i64;
-        for &word in words.iter().rev() {
-            let one = match word {
-                WordSource::Const(value) => value,
-                _ => self.read(event, Source::Word(word))?.value,
-            };
-            value = value << 16 | i64::from(one);
-        }
-        (words.len() <= 2).then(|| (words.clone(), value))
-    }
-
-    fn compare(
-        &self,
-        event: usize,
-        compare: &Compare,
-        on: bool,
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        let signed = match compare.format {
-            NumberFormat::Signed => true,
-            NumberFormat::Unsigned => false,
-            NumberFormat::Real(_) => return false,
-        };
-        let (Some((left, a)), Some((right, b))) =
-            (self.number(event, &compare.left), self.number(event, &compare.right))
-        else {
-            return false;
-        };
-        let bits = 16 * left.len();
-        let read = |value: i64| {
-            if signed && value >> (bits - 1) & 1 == 1 { value - (1 << bits) } else { value }
-        };
-        let (a, b) = (read(a), read(b));
-        let (least, most) =
-            if signed { (-(1 << (bits - 1)), (1 << (bits - 1)) - 1) } else { (0, (1 << bits) - 1) };
-        let relation = if on { compare.relation } else { compare.relation.negated() };
-        if relation.holds(a, b) {
-            return true;
-        }
-        let sides = [(&left, relation, b), (&right, relation.mirrored(), a)];
-        sides.into_iter().any(|(side, relation, other)| {
-            let value = match relation {
-                Relation::Equal | Relation::LessOrEqual | Relation::GreaterOrEqual => other,
-                Relation::NotEqual if other == most => other - 1,
-                Relation::NotEqual | Relation::Greater => other + 1,
-                Relation::Less => other - 1,
-            };
-            if !(least..=most).contains(&value) {
-                return false;
-            }
-            let mut more = changes.clone();
-            let done = side.iter().enumerate().all(|(n, &word)| {
-                self.word(event, word, (value >> (16 * n)) as u16, &mut more, steps)
-            });
-            if done {
-                *changes = more;
-            }
-            done
-        })
-    }
-
-    /// Works out changes after which these bits of the cell have these values when an event reads it.
-    pub(super) fn set(
-        &self,
-        event: usize,
-        cell: Cell,
-        mask: u16,
-        value: u16,
-        changes: &mut Changes,
-        steps: &mut usize,
-    ) -> bool {
-        if !take(steps) {
-            return false;
-        }
-        let Some(writer) = self.trace.last_write(cell, event) else {
-            return changes.set(cell, mask, value);
-        };
-        if let Some(key) = self.trace.delivered.get(&cell) {
-            return changes.set_outside(key, mask, value);
-        }
-        let wrote = &self.run.replay.events[writer];
-        let instruction = &self.program.instructions[wrote.instruction];
-        let mut more = changes.clone();
-        for effect in &instruction.effects {
-            let done = match &effect.write {
-                Write::Bit(target, logic) => {
-                    let (bit, own) = match *target {
-                        BitTarget::Cell(own) => (1, own),
-                        BitTarget::WordBit(own, bit) => (1 << bit, own),
-                    };
-                    own == cell
-                        && mask & !bit == 0
-                        && self.logic(writer, logic, value & mask != 0, &mut more, steps)
-                        && (effect.when == When::Always || wrote.fired)
-                }
-                Write::Words(targets, Number::Words(sources)) => {
-                    let place =
-                        targets.iter().zip(sources).find_map(|(target, &source)| match *target {
-                            WordTarget::Cell(own) => (own == cell).then_some((source, None)),
-                            WordTarget::Bits { first, count } => (0..count)
-                                .find(|&n| first.plus(u32::from(n)) == cell)
-                                .map(|n| (source, Some(n))),
-                            WordTarget::Discard => None,
-                        });
-                    match place {
-                        Some((WordSource::Const(constant), None)) => (constant ^ value) & mask == 0,
-                        Some((WordSource::Cell(source), None)) => {
-                            self.set(writer, source, mask, value, &mut more, steps)
-                        }
-                        Some((WordSource::Cell(source), Some(n))) => {
-                            self.set(writer, source, 1 << n, (value & 1) << n, &mut more, steps)
-                        }
-                        Some((WordSource::Bits { first, count }, Some(n))) if n < count => {
-                            self.set(writer, first.plus(n.into()), 1, value & 1, &mut more, steps)
-                        }
-                        Some((WordSource::Bits { first, count }, None))
-                            if mask.count_ones() == 1 && mask.trailing_zeros() < count.into() =>
-                        {
-                            let bit = first.plus(mask.trailing_zeros());
-                            let on = u16::from(value & mask != 0);
-                            self.set(writer, bit, 1, on, &mut more, steps)
-                        }
-                        Some((source @ WordSource::Free(choice), None)) => {
-                            let (source, wanted) = (Source::Word(source), (mask, value));
-                            self.choice(writer, choice, source, wanted, &mut more, steps)
-                        }
-                        _ => false,
-                    }
-                }
-                Write::Havoc(_, choice) => {
-                    wrote.fired
-                        && self.written(writer, *choice, cell, (mask, value), &mut more, steps)
-                }
-                _ => false,
-            };
-            if done {
-                *changes = more;
-                return true;
-            }
-            more = changes.clone();
-        }
-        // Or the cell is not written there, and has the value before.
-        let is_always = instruction.effects.iter().any(|effect| effect.when == When::Always);
-        if is_always || !self.fires(writer, false, &mut more, steps) {
-            return false;
-        }
-        let done = self.set(writer, cell, mask, value, &mut more, steps);
-        if done {
-            *changes = more;
-        }
-        done
-    }
-}
-
-/// Counts a step. Returns false if there are none left.
-pub(super) fn take(steps: &mut usize) -> bool {
-    match steps.checked_sub(1) {
-        Some(left) => {
-            *steps = left;
-            true
-        }
-        None => false,
     }
 }
