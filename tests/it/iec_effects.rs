@@ -327,3 +327,33 @@ fn an_assigned_value_is_read_before_or_after_the_index_changes_it() {
         assert_eq!(bound(&body), Ok(u64::from(is_reached)), "{value}");
     }
 }
+
+/// Controllers evaluate the indices of a path in different orders, and each once.
+#[test]
+fn a_call_in_an_index_may_not_change_other_parts_of_the_path() {
+    let list = "TYPE Row : ARRAY[0..1] OF INT; END_TYPE";
+    let program = |body: &str| {
+        format!(
+            "{list} {UNITS} PROGRAM main VAR_EXTERNAL n : INT; END_VAR VAR s : ARRAY[0..1] OF Row; \
+             a : ARRAY[0..9] OF INT; p : REF_TO INT; r : REAL; END_VAR {body} END_PROGRAM"
+        )
+    };
+    for (body, why) in [
+        ("s[n][G() - 7] := 5;", "different orders"),
+        ("s[G() - 7][n] := 5;", "different orders"),
+        ("n := s[n][G() - 7];", "different orders"),
+        ("p := REF(a[G()]); p^ := 4;", "taking the address"),
+        ("p := REF(s[n][1]); p^ := 4;", "taking the address"),
+    ] {
+        let told = bound_of(&program(body)).expect_err(body);
+        assert!(told.contains(why), "{body}: {told}");
+    }
+    for body in [
+        "s[n][P()] := 5;",
+        "s[1][G() - 7] := 5;",
+        "p := REF(a[n]); p^ := 4;",
+        "p := REF(a[P()]); p^ := 4;",
+    ] {
+        assert_eq!(bound_of(&program(body)), Ok(0), "{body}");
+    }
+}

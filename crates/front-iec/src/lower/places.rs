@@ -372,6 +372,7 @@ impl<'t> Lower<'t> {
         if let Some(own) = self.only_target(at, place, line)? {
             return self.find(at, &own, line);
         }
+        self.has_one_order(at, place, line)?;
         let mut found = Found::Spot(self.root(at, place.root, line)?);
         let mut unit = self.root_unit(at, place.root);
         for step in &place.steps {
@@ -407,6 +408,31 @@ impl<'t> Lower<'t> {
             found = Found::Element(element);
         }
         Ok(found)
+    }
+
+    /// Refuses a path in which a call in an index changes what an index in other brackets reads: controllers evaluate
+    /// these in different orders. Indices in the same brackets are lowered both ways.
+    fn has_one_order(&mut self, at: &Context, place: &Place, line: u32) -> Result<(), Fault> {
+        let brackets: Vec<&[Expr]> = place
+            .steps
+            .iter()
+            .filter_map(|step| match step {
+                Step::Element(indices) => Some(&indices[..]),
+                _ => None,
+            })
+            .collect();
+        for (nth, later) in brackets.iter().enumerate() {
+            for earlier in &brackets[..nth] {
+                let pairs =
+                    earlier.iter().flat_map(|one| later.iter().map(move |other| (one, other)));
+                for (one, other) in pairs {
+                    if self.order_matters(at, one, other) {
+                        return Err(index_calls(place, line));
+                    }
+                }
+            }
+        }
+        Ok(())
     }
 
     fn note_count(&mut self, spot: &Spot, _: Pin, part: &Spot) {
@@ -486,6 +512,16 @@ impl<'t> Lower<'t> {
     pub(super) fn assembler(&mut self) -> &mut Assembler {
         &mut self.assembler
     }
+}
+
+/// The fault for a path with a call in an index that changes what other parts of the path mean.
+pub(super) fn index_calls(place: &Place, line: u32) -> Fault {
+    let told = format!(
+        "a call in an index of {} changes what another part of it reads, and controllers evaluate these in different orders",
+        place.text
+    );
+    let help = "assign the result of the call to a separate variable first";
+    Fault::new(line, told).code(Code::NotModelled).help(help)
 }
 
 fn not_followed(line: u32) -> Fault {

@@ -6,6 +6,7 @@
 //! test if there is only one.
 
 use super::cells::encloses;
+use super::places::index_calls;
 use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use crate::assembler::value::{Value, constant};
@@ -251,6 +252,11 @@ impl<'t> Lower<'t> {
         }
         let what =
             || not_followed(line, format!("taking the address of {} is not modelled", place.text));
+        // The indices are evaluated more than once below.
+        let indices: Vec<&Expr> = place.indices().collect();
+        if indices.iter().any(|index| self.leaves_more(at, index)) {
+            return Err(what());
+        }
         match self.find(at, place, line)? {
             Found::Spot(spot) => {
                 self.is_no_copy(&spot, line)?;
@@ -261,11 +267,15 @@ impl<'t> Lower<'t> {
                 let Typed::Array(dimensions, _) = self.tree.types.get(element.whole.ty) else {
                     return Err(what());
                 };
-                let ([(low, high)], Some(Step::Element(indices))) =
-                    (&dimensions[..], place.steps.last())
+                let ([(low, high)], Some((Step::Element(indices), path))) =
+                    (&dimensions[..], place.steps.split_last())
                 else {
                     return Err(what());
                 };
+                let path = Place { steps: path.to_vec(), ..place.clone() };
+                if path.has_open_index() {
+                    return Err(what());
+                }
                 let ([index], (low, high)) = (&indices[..], (*low, *high)) else {
                     return Err(what());
                 };
@@ -383,6 +393,14 @@ impl<'t> Lower<'t> {
         if can.len() > MOST {
             let what = format!("{} may refer to {} variables", shown(), can.len());
             return Err(not_followed(line, what));
+        }
+        // The index of a later part may change the reference.
+        let later = Place { steps: place.steps[end..].to_vec(), ..place.clone() };
+        for index in later.indices().filter(|index| index.calls()) {
+            let written = self.expression_effects(at, index);
+            if written.changes(&self.found(|own, found| own.looked_at(at, &before, found))) {
+                return Err(index_calls(place, line));
+            }
         }
         self.cost(&["LD"], "contact");
         let value = match self.find(at, &before, line)? {
