@@ -99,22 +99,21 @@ pub fn concluded(request: &Request<'_>) -> Result<Concluded, Failure> {
     let (searched, late) = rayon::join(
         || {
             let followed = limited.followed(request)?;
-            let complete = handover.and_then(|(runs, handover)| {
+            let early = handover.and_then(|(runs, handover)| {
                 let given = (followed.program.clone(), followed.prices.clone());
                 Some((runs, complete(handover, |half| half.followed = Some(given))?))
             });
             let known = handover.map(|(runs, _)| &runs.program);
-            let (searched, early) = rayon::join(
+            let (searched, kept) = rayon::join(
                 || followed.searched(request, known),
-                || complete.map(|(runs, (early, given))| runs.kept(request, early, &given)),
+                || early.map(|(runs, (early, given))| runs.kept(request, early, &given)),
             );
-            Ok::<_, Failure>((searched?, early))
+            Ok::<_, Failure>((searched?, kept))
         },
         || handover.and_then(|(runs, handover)| runs.run(request, handover)),
     );
-    let (searched, early) = searched?;
-    let early = early.or(late);
-    searched.concluded(request, early)
+    let (searched, kept) = searched?;
+    searched.concluded(request, kept.or(late))
 }
 
 /// Reads a project's files into a program and applies the stated facts. No pass runs, and nothing is priced or

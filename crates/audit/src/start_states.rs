@@ -61,9 +61,11 @@ pub(super) fn keep_possible(
     }
     let mut found = occurring(search, prices, trust, longest, found)?;
     if !found.best.is_possible() || found.best.replay.total < took {
-        found.best = search.real(&kept)?;
-        found.witness = kept;
-        found.is_start_undecided = false;
+        let run = search.real(&kept)?;
+        if run.is_possible() {
+            (found.best, found.witness) = (run, kept);
+            found.is_start_undecided = false;
+        }
     }
     Ok(found)
 }

@@ -338,6 +338,12 @@ impl Conditions<'_> {
         done
     }
 
+    /// The operation that an event executed for this choice, and what it read.
+    fn operation(&self, event: usize, choice: ChoiceId) -> Option<(&Meaning, &TracedOperation)> {
+        let Some(ChoiceKind::Exact(meaning)) = self.program.kinds.get(&choice) else { return None };
+        Some((meaning, self.trace.operations.get(&(event, choice))?))
+    }
+
     /// Works out changes after which an operation writes these bits (mask and values) of a cell.
     fn written(
         &self,
@@ -348,10 +354,7 @@ impl Conditions<'_> {
         changes: &mut Changes,
         steps: &mut usize,
     ) -> bool {
-        let Some(ChoiceKind::Exact(meaning)) = self.program.kinds.get(&choice) else {
-            return false;
-        };
-        let Some(done) = self.trace.operations.get(&(event, choice)) else { return false };
+        let Some((meaning, done)) = self.operation(event, choice) else { return false };
         let results = || meaning.outputs.iter().enumerate();
         let place = results().find_map(|(at, target)| {
             let first = done.to.get(at).copied().flatten();
@@ -380,10 +383,7 @@ impl Conditions<'_> {
         changes: &mut Changes,
         steps: &mut usize,
     ) -> bool {
-        let Some(ChoiceKind::Exact(meaning)) = self.program.kinds.get(&choice) else {
-            return false;
-        };
-        let Some(done) = self.trace.operations.get(&(event, choice)) else { return false };
+        let Some((meaning, done)) = self.operation(event, choice) else { return false };
         let mut inputs = done.inputs.clone();
         let now = |inputs: &[Vec<u16>]| -> Option<u16> {
             let results = operate(&meaning.operation, inputs)?;

@@ -7,6 +7,8 @@ use super::cells::{Cells, Effects, add};
 use super::references::references_in;
 use super::spots::{Context, Spot};
 use super::{Entry, Lower};
+use scanbound_base::code::Code as FaultCode;
+use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::Chart;
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
@@ -87,6 +89,46 @@ impl Lower<'_> {
         }
         let (one, other) = (self.expression_effects(at, one), self.expression_effects(at, other));
         one.changes(&other) || other.changes(&one)
+    }
+
+    /// Refuses a path in which a call in an index changes what an index in other brackets reads: controllers evaluate
+    /// these in different orders. Indices in the same brackets are lowered both ways.
+    pub(super) fn has_one_order(
+        &mut self,
+        at: &Context,
+        place: &Place,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let brackets: Vec<&[Expr]> = place
+            .steps
+            .iter()
+            .filter_map(|step| match step {
+                Step::Element(indices) => Some(&indices[..]),
+                _ => None,
+            })
+            .collect();
+        for (nth, later) in brackets.iter().enumerate() {
+            for earlier in &brackets[..nth] {
+                let pairs =
+                    earlier.iter().flat_map(|one| later.iter().map(move |other| (one, other)));
+                for (one, other) in pairs {
+                    if self.order_matters(at, one, other) {
+                        return Err(self.index_calls(place, line));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The fault for a path with a call in an index that changes what other parts of the path mean.
+    pub(super) fn index_calls(&self, place: &Place, line: u32) -> Fault {
+        let told = format!(
+            "a call in an index of {} changes what another part of it reads, and controllers evaluate these in different orders",
+            place.text
+        );
+        let help = "assign the result of the call to a separate variable first";
+        Fault::new(line, told).code(FaultCode::NotModelled).help(help)
     }
 
     /// Whether statements, or code that they call, may write the variable at a place or change which variable it is.

@@ -98,7 +98,7 @@ impl Lower<'_> {
     }
 
     /// Whether an expression has calls that may have side effects.
-    pub(super) fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
+    fn leaves_more(&mut self, at: &Context, one: &Expr) -> bool {
         let effects = self.expression_effects(at, one);
         one.calls() && (effects.anything || !effects.writes.is_empty())
     }

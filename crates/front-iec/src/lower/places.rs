@@ -410,31 +410,6 @@ impl<'t> Lower<'t> {
         Ok(found)
     }
 
-    /// Refuses a path in which a call in an index changes what an index in other brackets reads: controllers evaluate
-    /// these in different orders. Indices in the same brackets are lowered both ways.
-    fn has_one_order(&mut self, at: &Context, place: &Place, line: u32) -> Result<(), Fault> {
-        let brackets: Vec<&[Expr]> = place
-            .steps
-            .iter()
-            .filter_map(|step| match step {
-                Step::Element(indices) => Some(&indices[..]),
-                _ => None,
-            })
-            .collect();
-        for (nth, later) in brackets.iter().enumerate() {
-            for earlier in &brackets[..nth] {
-                let pairs =
-                    earlier.iter().flat_map(|one| later.iter().map(move |other| (one, other)));
-                for (one, other) in pairs {
-                    if self.order_matters(at, one, other) {
-                        return Err(index_calls(place, line));
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
     fn note_count(&mut self, spot: &Spot, _: Pin, part: &Spot) {
         if let Typed::Standard(block) = self.tree.types.get(spot.ty)
             && block.is_counter()
@@ -512,16 +487,6 @@ impl<'t> Lower<'t> {
     pub(super) fn assembler(&mut self) -> &mut Assembler {
         &mut self.assembler
     }
-}
-
-/// The fault for a path with a call in an index that changes what other parts of the path mean.
-pub(super) fn index_calls(place: &Place, line: u32) -> Fault {
-    let told = format!(
-        "a call in an index of {} changes what another part of it reads, and controllers evaluate these in different orders",
-        place.text
-    );
-    let help = "assign the result of the call to a separate variable first";
-    Fault::new(line, told).code(Code::NotModelled).help(help)
 }
 
 fn not_followed(line: u32) -> Fault {

@@ -6,7 +6,6 @@
 //! test if there is only one.
 
 use super::cells::encloses;
-use super::places::index_calls;
 use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use crate::assembler::value::{Value, constant};
@@ -252,56 +251,47 @@ impl<'t> Lower<'t> {
         }
         let what =
             || not_followed(line, format!("taking the address of {} is not modelled", place.text));
-        // The indices are evaluated more than once below.
-        let indices: Vec<&Expr> = place.indices().collect();
-        if indices.iter().any(|index| self.leaves_more(at, index)) {
+        let element = match place.steps.split_last() {
+            Some((Step::Element(indices), path))
+                if indices.iter().any(|one| one.whole().is_none()) =>
+            {
+                Some((indices, Place { steps: path.to_vec(), ..place.clone() }))
+            }
+            _ => None,
+        };
+        let Some((indices, whole)) = element else {
+            let Found::Spot(spot) = self.find(at, place, line)? else { return Err(what()) };
+            self.is_no_copy(&spot, line)?;
+            let index = self.target(&spot);
+            return Ok(Value::Address(constant(word(index), 1), vec![index]));
+        };
+        // The index is evaluated once; then each of its values is tried.
+        if whole.has_open_index() {
             return Err(what());
         }
-        match self.find(at, place, line)? {
-            Found::Spot(spot) => {
-                self.is_no_copy(&spot, line)?;
-                let index = self.target(&spot);
-                Ok(Value::Address(constant(word(index), 1), vec![index]))
-            }
-            Found::Element(element) => {
-                let Typed::Array(dimensions, _) = self.tree.types.get(element.whole.ty) else {
-                    return Err(what());
-                };
-                let ([(low, high)], Some((Step::Element(indices), path))) =
-                    (&dimensions[..], place.steps.split_last())
-                else {
-                    return Err(what());
-                };
-                let path = Place { steps: path.to_vec(), ..place.clone() };
-                if path.has_open_index() {
-                    return Err(what());
-                }
-                let ([index], (low, high)) = (&indices[..], (*low, *high)) else {
-                    return Err(what());
-                };
-                if usize::try_from(high - low).is_ok_and(|many| many >= MOST) {
-                    return Err(what());
-                }
-                let value = self.value(at, index)?;
-                let number = self.as_number(value, DINT);
-                let words = self.copied(number, 2);
-                let (mut known, mut ends) = (None, Vec::new());
-                for number in low..=high {
-                    let mut one = place.clone();
-                    let kind = ExprKind::Named(number);
-                    one.steps.pop();
-                    one.steps.push(Step::Element(vec![Expr { kind, ..index.clone() }]));
-                    let skip = (number < high)
-                        .then(|| self.jump(is_number(&words, number, 2).not(), None));
-                    let found = self.address(at, &one, line)?;
-                    known = Some(self.gathered(known, found));
-                    self.past(skip, &mut ends);
-                }
-                self.all_land(ends);
-                Ok(known.unwrap_or(Value::Any))
-            }
-            Found::WordBit(..) => Err(what()),
+        let Found::Spot(array) = self.find(at, &whole, line)? else { return Err(what()) };
+        let Typed::Array(dimensions, _) = self.tree.types.get(array.ty) else { return Err(what()) };
+        let ([(low, high)], [index]) = (&dimensions[..], &indices[..]) else { return Err(what()) };
+        let (low, high) = (*low, *high);
+        if usize::try_from(high - low).is_ok_and(|many| many >= MOST) {
+            return Err(what());
         }
+        let value = self.value(at, index)?;
+        let number = self.as_number(value, DINT);
+        let words = self.copied(number, 2);
+        let (mut known, mut ends) = (None, Vec::new());
+        for number in low..=high {
+            let mut one = place.clone();
+            let kind = ExprKind::Named(number);
+            one.steps.pop();
+            one.steps.push(Step::Element(vec![Expr { kind, ..index.clone() }]));
+            let skip = (number < high).then(|| self.jump(is_number(&words, number, 2).not(), None));
+            let found = self.address(at, &one, line)?;
+            known = Some(self.gathered(known, found));
+            self.past(skip, &mut ends);
+        }
+        self.all_land(ends);
+        Ok(known.unwrap_or(Value::Any))
     }
 
     /// Refuses the address of a variable within a VAR_IN_OUT parameter, which is only a copy of the caller's. An
@@ -399,7 +389,7 @@ impl<'t> Lower<'t> {
         for index in later.indices().filter(|index| index.calls()) {
             let written = self.expression_effects(at, index);
             if written.changes(&self.found(|own, found| own.looked_at(at, &before, found))) {
-                return Err(index_calls(place, line));
+                return Err(self.index_calls(place, line));
             }
         }
         self.cost(&["LD"], "contact");
