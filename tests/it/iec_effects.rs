@@ -363,3 +363,78 @@ fn a_call_in_an_index_may_not_change_other_parts_of_the_path() {
         assert_eq!(bound_of(&program(&referred(told))), Ok(bound), "{told}");
     }
 }
+
+/// The variables of a chained assignment are evaluated once, at a time that does not matter.
+#[test]
+fn a_chained_assignment_evaluates_nothing_twice() {
+    refused("v := c[G() - 7] := 3;", "chained assignment");
+    refused("c[n] := n := 1;", "chained assignment");
+    let body = |told: &str| {
+        format!("c[1] := 4; v := y := c[2] := c[1]; IF v = {told} AND c[2] = 4 THEN {PROBE} END_IF")
+    };
+    assert_eq!((bound(&body("4")), bound(&body("5"))), (Ok(1), Ok(0)));
+    let property = "FUNCTION_BLOCK V VAR k : INT; END_VAR PROPERTY W : INT GET W := k; END_GET \
+                    SET k := W + 1; END_SET END_PROPERTY END_FUNCTION_BLOCK";
+    let program = |body: &str| {
+        format!("{property} PROGRAM main VAR f : V; a : INT; END_VAR {body} END_PROGRAM")
+    };
+    assert_eq!(bound_of(&program("f.W := 3; a := f.W;")), Ok(0));
+    let told = bound_of(&program("a := f.W := 3;")).expect_err("a property");
+    assert!(told.contains("is a property"), "{told}");
+}
+
+/// An index outside the array may end the scan where the address of an element is taken.
+#[test]
+fn no_scan_is_found_behind_an_address_outside_the_array() {
+    let found = |index: &str| {
+        let text = format!(
+            "PROGRAM main VAR_INPUT k : INT; END_VAR VAR a : ARRAY[0..3] OF INT; p : REF_TO INT; r : REAL; END_VAR
+             p := REF(a[k]); IF k = {index} THEN {PROBE} END_IF END_PROGRAM"
+        );
+        let table = table("PROGRAM,0,\nSQRT,1000,\n@end,0,\n");
+        let found = audited("iec-text", None, &[("p.st", &text)], &table, &Facts::default());
+        let bound = found.expect("a program").audit.bound;
+        (bound.lower.0 / 1_000_000_000, bound.upper.0 / 1_000_000_000)
+    };
+    assert_eq!((found("3"), found("7")), ((1, 1), (0, 1)));
+}
+
+/// With an index outside the array, no element is meant: nothing in the array is written, and what is read may be any.
+#[test]
+fn what_is_outside_the_array_is_none_of_its_elements() {
+    let bound = |action: &str, told: &str| {
+        let text = format!(
+            "FUNCTION_BLOCK B VAR o : INT; END_VAR METHOD St : INT VAR_INPUT k : INT; END_VAR o := k; St := k; \
+             END_METHOD END_FUNCTION_BLOCK \
+             PROGRAM main VAR_INPUT k : INT; END_VAR VAR t : ARRAY[0..1] OF INT; w : ARRAY[0..1] OF WORD; f : ARRAY[0..1] OF B; \
+             p : REF_TO INT; a : INT; r : REAL; END_VAR \
+             t[0] := 1; t[1] := 2; w[0] := 1; w[1] := 2; a := f[0].St(k := 1); a := f[1].St(k := 2); {action} \
+             IF k = 7 AND {told} THEN {PROBE} END_IF END_PROGRAM"
+        );
+        bound_of(&text)
+    };
+    let kept = [
+        ("p := REF(t[k]); p^ := 9;", "t[0] = 1 AND t[1] = 2"),
+        ("p := REF(t[k]); a := p^;", "a = 9"),
+        ("a := f[k].St(k := 9);", "f[0].o = 1 AND f[1].o = 2"),
+        ("w[k].4 := TRUE;", "w[0] = 1 AND w[1] = 2"),
+    ];
+    for (action, told) in kept {
+        assert_eq!(bound(action, told), Ok(1), "{action}");
+    }
+    assert_eq!(bound("p := REF(t[LIMIT(0, k, 1)]); p^ := 9;", "t[0] = 1 AND t[1] = 2"), Ok(0));
+}
+
+/// A whole variable behind NULL ends a run, also as an argument.
+#[test]
+fn no_scan_is_found_behind_a_whole_variable_at_null() {
+    let text = format!(
+        "TYPE E : STRUCT x : INT; END_STRUCT END_TYPE \
+         FUNCTION FE : INT VAR_IN_OUT z : E; END_VAR z.x := 1; FE := z.x; END_FUNCTION \
+         PROGRAM main VAR_INPUT on : BOOL; END_VAR VAR a : INT; s : E; p : REF_TO E; r : REAL; END_VAR \
+         IF on THEN p := REF(s); ELSE p := NULL; END_IF a := FE(z := p^); IF NOT on THEN {PROBE} END_IF END_PROGRAM"
+    );
+    let table = table("PROGRAM,0,\nSQRT,1000,\n@end,0,\n");
+    let found = audited("iec-text", None, &[("p.st", &text)], &table, &Facts::default());
+    assert_eq!(found.expect("a program").audit.bound.lower.0, 0);
+}

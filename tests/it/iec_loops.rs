@@ -31,6 +31,11 @@ fn loops_that_end_at_one_value_have_a_count() {
     assert_eq!(of("s := -1; WHILE s < 100 DO s := s + 50; END_WHILE"), Ok(None));
     let most = "s := LIMIT(10, s, 30); WHILE s >= -90 DO s := s - 37; END_WHILE";
     assert_eq!(of(most), Ok(Some(5)));
+    // One without a known end stays so within another loop that is not followed turn by turn.
+    let inner = "u := 3; WHILE u <> 65534 DO u := u + 1; END_WHILE";
+    assert_eq!(of(inner), Ok(None));
+    assert_eq!(of(&format!("FOR m := 0 TO 3 DO {inner} END_FOR")), Ok(None));
+    assert_eq!(of(&format!("m := 0; WHILE m < 4 DO {inner} m := m + 1; END_WHILE")), Ok(None));
     // A step of more than one may never meet it, and few values are gone through.
     assert_eq!(of("n := 4; WHILE n <> 0 DO n := n - 2; END_WHILE"), Err(Code::LoopCount));
     assert_eq!(of("s := 4; WHILE s <> 0 DO s := s - 1; END_WHILE"), Err(Code::LoopCount));

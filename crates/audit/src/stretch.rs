@@ -419,7 +419,7 @@ impl Walk<'_> {
                 Exit::To(target) => pending.entry(*target).or_default(),
                 Exit::Return => &mut part.returned,
                 Exit::End => &mut part.ended,
-                Exit::Stop => &mut part.stopped,
+                Exit::Stop | Exit::Unbounded(_) => &mut part.stopped,
             };
             *to = to.join(here);
         }

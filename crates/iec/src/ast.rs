@@ -365,6 +365,8 @@ pub struct Selector {
 pub enum Kind {
     /// `target := value;`
     Assign(Path, Expr),
+    /// The rest of a chained assignment (`target := variable := value;`): assigns the variable that was just assigned.
+    Chained(Path, Expr),
     /// Stores a value in a temporary ([`Temp`]) for later statements.
     Keep(Temp, Expr),
     /// `reference REF= variable;`
@@ -449,6 +451,7 @@ pub fn change(
     for statement in statements {
         match &mut statement.kind {
             Kind::Assign(target, value)
+            | Kind::Chained(target, value)
             | Kind::Refer(target, value)
             | Kind::Latch(target, _, value) => {
                 path(target);

@@ -178,7 +178,7 @@ fn statement(text: &mut String, kind: &Kind, level: usize) {
         Kind::Keep(kept, value) => {
             let _ = writeln!(text, "{pad}{} := {};", kept.text, expr(value));
         }
-        Kind::Assign(target, value) => {
+        Kind::Assign(target, value) | Kind::Chained(target, value) => {
             let _ = writeln!(text, "{pad}{} := {};", path(target), expr(value));
         }
         Kind::Call(target, given) => {

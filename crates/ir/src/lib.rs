@@ -261,6 +261,8 @@ pub enum Exit {
     End,
     /// To the end of the scan, like a `Step::Stop` that fires.
     Stop,
+    /// Into an unbounded loop, like the `Step::Unbounded` with this index.
+    Unbounded(usize),
 }
 
 impl Step {

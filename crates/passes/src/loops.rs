@@ -196,6 +196,20 @@ pub fn lower(program: &mut Program, iterations: &BTreeMap<usize, i64>) {
     }
 }
 
+/// Removes the unbounded loops that no scan reaches.
+pub fn without_unreached(program: &mut Program, unreached: &BTreeSet<usize>) {
+    for (at, instruction) in program.instructions.iter_mut().enumerate() {
+        match &mut instruction.step {
+            step @ Step::Unbounded { .. } if unreached.contains(&at) => *step = Step::Nothing,
+            Step::Summary(summary) => summary.exits.retain(|(_, exit)| match exit {
+                Exit::Unbounded(at) => !unreached.contains(at),
+                _ => true,
+            }),
+            _ => {}
+        }
+    }
+}
+
 /// Summarises each main program and interrupt routine as a whole: the sum of everything that can run, each at the
 /// larger of its times, without examining what excludes what.
 ///
@@ -372,11 +386,10 @@ impl RoutineGraph {
     fn carry_out(&self, program: &mut Program, plan: &SummaryPlan) -> Result<(), CountOverflow> {
         // Everything is collected from the program before anything is replaced, so that nothing is charged twice.
         let (mut loops, mut routines) = (Vec::new(), Vec::new());
-        let (mut charges, mut endless) = (0, false);
+        let mut charges = 0;
         let mut keep = |gathered: &SummaryContents| {
             charges += gathered.charges.len();
-            endless |= gathered.endless;
-            charges <= MAX_CHARGES && !gathered.endless
+            charges <= MAX_CHARGES
         };
         for &begin in &plan.loops {
             let Step::ForBegin { most, end, .. } = program.instructions[begin].step else {
@@ -394,7 +407,7 @@ impl RoutineGraph {
                 routines.push((entry, gathered));
             }
         }
-        if charges > MAX_CHARGES || endless {
+        if charges > MAX_CHARGES {
             return summarise_all(program, SummaryReason::TooManyInstructions);
         }
         for &index in &plan.interrupts {
@@ -512,10 +525,8 @@ struct SummaryContents {
     regions: BTreeSet<Region>,
     /// The exits of the loop or routine itself by jumps and returns, without those of called routines.
     own: BTreeSet<Exit>,
-    /// Exits that end the main routine or the scan, including those of called routines.
+    /// Exits that end the main routine or the scan, or lead into unbounded loops, including those of called routines.
     out: BTreeSet<Exit>,
-    /// Whether the loop or routine contains an unbounded loop.
-    endless: bool,
 }
 
 impl SummaryContents {
@@ -556,9 +567,13 @@ impl SummaryContents {
                 }
                 Step::Summary(summary) => {
                     let out = summary.exits.iter().map(|&(_, exit)| exit);
-                    self.out.extend(out.filter(|exit| matches!(exit, Exit::End | Exit::Stop)));
+                    let ends =
+                        |exit: &Exit| matches!(exit, Exit::End | Exit::Stop | Exit::Unbounded(_));
+                    self.out.extend(out.filter(ends));
                 }
-                Step::Unbounded { .. } => self.endless = true,
+                Step::Unbounded { .. } => {
+                    self.out.insert(Exit::Unbounded(at));
+                }
                 _ => {}
             }
         }

@@ -774,6 +774,10 @@ impl<'p> Machine<'p> {
             Some((_, Exit::Return)) => Next::Return,
             Some((_, Exit::End)) => Next::End,
             Some((_, Exit::Stop)) => Next::Stop,
+            Some((_, Exit::Unbounded(at))) => {
+                self.unbounded = Some(*at);
+                Next::Stop
+            }
         }
     }
 }

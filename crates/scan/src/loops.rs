@@ -5,7 +5,7 @@ use super::settings::{Purpose, ScanError};
 use super::unknown_writes;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{BitSource, Exit, Frame, Logic, Summary, WordSource};
-use scanbound_model::{Lit, LoopCount};
+use scanbound_model::{Lit, LoopCount, Unbounded};
 
 impl Run<'_> {
     /// Executes a loop iteration by iteration. Returns the index of the instruction after its end.
@@ -66,6 +66,11 @@ impl Run<'_> {
         match exit {
             Exit::Return => act.returned = circuit.or(act.returned, fired),
             Exit::Stop => self.stopped = circuit.or(self.stopped, fired),
+            Exit::Unbounded(instruction) => {
+                self.stopped = circuit.or(self.stopped, fired);
+                let frames = self.frames.clone();
+                self.memory.model.unbounded.push(Unbounded { instruction, frames, reached: fired });
+            }
             Exit::End | Exit::To(_) => {}
         }
     }

@@ -612,6 +612,7 @@ impl Accesses for Walk<'_, '_> {
     }
 
     fn takes_address(&mut self, place: &Place) {
+        self.lower.memory.targets.may_be_outside |= place.has_open_index();
         self.lower.led_through(self.at, place, self.found);
         for spot in self.lower.spots(self.at, place, self.found) {
             self.lower.target(&spot);

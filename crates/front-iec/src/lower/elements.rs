@@ -138,14 +138,12 @@ impl Lower<'_> {
         let words = self.number_of(at, &open, line)?;
         let (mut known, mut ends) = (None, Vec::new());
         for number in open.low..=open.high {
-            let is_last = number == open.high;
-            let skip = (!is_last).then(|| self.jump(is_number(&words, number, 2).not(), None));
+            let skip = Some(self.jump(is_number(&words, number, 2).not(), None));
             let value = act(self, open.known(place, number))?;
             known = Some(self.gathered(known, value));
             self.past(skip, &mut ends);
         }
-        self.all_land(ends);
-        Ok(Some(known.unwrap_or(Value::Any)))
+        Ok(Some(self.otherwise_any(known, ends)))
     }
 
     /// Evaluates a run-time index into two words. A fault if it can select too many elements.

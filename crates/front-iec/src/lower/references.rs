@@ -14,7 +14,8 @@ use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
-use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
+use scanbound_iec_tree::types::{DINT, INT, Type as Typed, TypeId};
+use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Logic, Number, NumberFormat, Region, Relation, WordSource};
 
 /// The most variables to which one reference may point; beyond, it is refused.
@@ -279,19 +280,19 @@ impl<'t> Lower<'t> {
         let value = self.value(at, index)?;
         let number = self.as_number(value, DINT);
         let words = self.copied(number, 2);
+        self.not_followed_where(is_outside(&Number::Words(words.clone()), low, high));
         let (mut known, mut ends) = (None, Vec::new());
         for number in low..=high {
             let mut one = place.clone();
             let kind = ExprKind::Named(number);
             one.steps.pop();
             one.steps.push(Step::Element(vec![Expr { kind, ..index.clone() }]));
-            let skip = (number < high).then(|| self.jump(is_number(&words, number, 2).not(), None));
+            let skip = Some(self.jump(is_number(&words, number, 2).not(), None));
             let found = self.address(at, &one, line)?;
             known = Some(self.gathered(known, found));
             self.past(skip, &mut ends);
         }
-        self.all_land(ends);
-        Ok(known.unwrap_or(Value::Any))
+        Ok(self.otherwise_any(known, ends))
     }
 
     /// Refuses the address of a variable within a VAR_IN_OUT parameter, which is only a copy of the caller's. An
@@ -359,6 +360,37 @@ impl<'t> Lower<'t> {
         Some(Place { steps: place.steps[..end].to_vec(), ty, ..place.clone() })
     }
 
+    /// Reads a reference that can point to these variables: its word, or no word if it is not known. A run ends where
+    /// the reference points to none of them.
+    fn reference_read(
+        &mut self,
+        at: &Context,
+        reference: &Place,
+        can: &[usize],
+        line: u32,
+    ) -> Result<Vec<WordSource>, Fault> {
+        self.cost(&["LD"], "contact");
+        let value = match self.find(at, reference, line)? {
+            Found::Spot(spot) => self.read_spot(&spot),
+            Found::Element(element) => self.element(&element),
+            Found::WordBit(..) => Value::Any,
+        };
+        match value {
+            Value::Address(number, _) => {
+                let words = self.copied(number, 1);
+                let means = |&index: &usize| is_number(&words, word(index), 1);
+                self.not_followed_where(Logic::Any(can.iter().map(means).collect()).not());
+                Ok(words)
+            }
+            // With one possible target, the word only says whether the reference is NULL.
+            _ if can.len() == 1 => {
+                self.not_followed_where(Logic::Const(true));
+                Ok(Vec::new())
+            }
+            _ => Err(not_followed(line, format!("the target of {} is not known", reference.text))),
+        }
+    }
+
     /// Runs `act` for each variable to which the first reference of a path can point, behind a test of the reference.
     /// Returns the merged value, or None if the path has no reference.
     pub(super) fn each_target(
@@ -392,42 +424,43 @@ impl<'t> Lower<'t> {
                 return Err(self.index_calls(place, line));
             }
         }
-        self.cost(&["LD"], "contact");
-        let value = match self.find(at, &before, line)? {
-            Found::Spot(spot) => self.read_spot(&spot),
-            Found::Element(element) => self.element(&element),
-            Found::WordBit(..) => Value::Any,
-        };
-        let words = match value {
-            Value::Address(number, _) => self.copied(number, 1),
-            // With one possible target, the word only says whether the reference is NULL.
-            _ if can.len() == 1 => {
-                self.not_followed_where(Logic::Const(true));
-                Vec::new()
-            }
-            _ => return Err(not_followed(line, format!("the target of {} is not known", shown()))),
-        };
-        if !words.is_empty() {
-            let means = |&index: &usize| is_number(&words, word(index), 1);
-            self.not_followed_where(Logic::Any(can.iter().map(means).collect()).not());
-        }
+        let words = self.reference_read(at, &before, &can, line)?;
         let (mut known, mut ends) = (None, Vec::new());
+        let is_open = self.memory.targets.may_be_outside && !words.is_empty();
         for (number, &index) in can.iter().enumerate() {
-            let is_last = number + 1 == can.len();
-            let skip = (!is_last).then(|| self.jump(is_number(&words, word(index), 1).not(), None));
+            let is_tested = is_open || number + 1 < can.len();
+            let skip = is_tested.then(|| self.jump(is_number(&words, word(index), 1).not(), None));
             let root = Root::Target(u32::try_from(index).unwrap_or(u32::MAX));
             let steps = place.steps[end + 1..].to_vec();
             let value = act(self, Place { root, steps, ..place.clone() })?;
-            known = Some(match can.len() {
-                1 => value,
-                _ => self.gathered(known, value),
-            });
+            if can.len() == 1 && !is_tested {
+                return Ok(Some(value));
+            }
+            known = Some(self.gathered(known, value));
             self.past(skip, &mut ends);
         }
-        if can.len() > 1 {
-            self.all_land(ends);
+        if is_open {
+            return Ok(Some(self.otherwise_any(known, ends)));
         }
+        self.all_land(ends);
         Ok(Some(known.unwrap_or(Value::Any)))
+    }
+
+    /// Ends the code for the values of an index or reference. With any other value, which means no variable that is
+    /// known, nothing was executed, and the result may be any.
+    pub(super) fn otherwise_any(&mut self, known: Option<Value>, ends: Vec<usize>) -> Value {
+        let why = "an index may be outside of its array";
+        let any = match &known {
+            Some(Value::Bit(_)) => Value::Bit(self.any_bit(why)),
+            Some(Value::Number(kind, _) | Value::Open(kind, ..)) => {
+                Value::Number(*kind, self.any_number(*kind, why))
+            }
+            Some(Value::Address(..)) => Value::Address(self.any_number(INT, why), Vec::new()),
+            _ => Value::Any,
+        };
+        let merged = known.map(|known| self.merged(known, any)).unwrap_or(Value::Any);
+        self.all_land(ends);
+        merged
     }
 
     /// Whether a path has a dereference.
@@ -445,8 +478,9 @@ impl<'t> Lower<'t> {
     ) -> Result<Option<Place>, Fault> {
         let Some(end) = through(place) else { return Ok(None) };
         let before = self.before(at, place, end);
-        let can = before.map(|before| self.candidates(before.ty)).unwrap_or_default();
-        let [only] = can[..] else {
+        let before = before.filter(|_| !self.memory.targets.may_be_outside);
+        let can = before.as_ref().map(|before| self.candidates(before.ty)).unwrap_or_default();
+        let (Some(before), [only]) = (before, &can[..]) else {
             let what = format!(
                 "{} may mean one of several variables, which is not modelled here",
                 place.text
@@ -454,8 +488,8 @@ impl<'t> Lower<'t> {
             let help = "assign it to a separate variable first, or call it in a statement";
             return Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help));
         };
-        self.cost(&["LD"], "contact");
-        let root = Root::Target(u32::try_from(only).unwrap_or(u32::MAX));
+        self.reference_read(at, &before, &can, line)?;
+        let root = Root::Target(u32::try_from(*only).unwrap_or(u32::MAX));
         Ok(Some(Place { root, steps: place.steps[end + 1..].to_vec(), ..place.clone() }))
     }
 

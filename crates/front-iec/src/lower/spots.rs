@@ -84,6 +84,9 @@ impl Element {
 pub(super) struct Targets {
     pub(super) spots: Vec<Spot>,
     pub(super) numbers: BTreeMap<SpotKey, usize>,
+    /// Whether the address of an element with a calculated index is taken, so that a reference may lead outside of an
+    /// array.
+    pub(super) may_be_outside: bool,
 }
 
 /// Identifies a variable by its first cells and its type, since a variable and its first part begin at the same cells.

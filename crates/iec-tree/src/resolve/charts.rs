@@ -223,6 +223,12 @@ impl Resolver<'_> {
             if names.len() != behind.len() + usize::from(cut == 0) {
                 continue;
             }
+            let name = names.join(".");
+            // An owner is looked up only for the name of a step, because its last part may be such a name in turn.
+            let is_step = |body| step_in(body, &name).is_some();
+            if !self.project.pous.iter().any(|pou| bodies_of(pou).any(is_step)) {
+                continue;
+            }
             let owner = match cut {
                 0 => self.this(unit),
                 _ => {
@@ -235,7 +241,7 @@ impl Resolver<'_> {
                 }
             };
             let Type::Block(of) = *self.tree.types.get(owner.ty) else { continue };
-            let Some((chart, step)) = self.step_named(of, &names.join(".")) else { continue };
+            let Some((chart, step)) = self.step_named(of, &name) else { continue };
             if cut == 0 && before.is_empty() && self.own_variable(scope, &path.first).is_some() {
                 let told = format!("{} may be a variable or a step", path.first);
                 let help = "give one of them another name";
@@ -265,21 +271,28 @@ impl Resolver<'_> {
     fn step_named(&self, unit: UnitId, name: &str) -> Option<(RoutineId, usize)> {
         self.tree.lineage(unit).into_iter().find_map(|unit| {
             let pou = &self.project.pous[unit.index()];
-            let actions = pou.actions.iter().map(|one| &one.body);
             let ids = [self.tree.unit(unit).body].into_iter().chain(self.actions_of(unit));
-            let mut all = [&pou.body].into_iter().chain(actions).zip(ids);
-            all.find_map(|(body, id)| {
-                let Body::Chart(chart) = body else { return None };
-                let of_macro = || {
-                    let at = chart.macros.iter().position(|one| same(&one.name, name))?;
-                    Some(chart.steps.len() + at)
-                };
-                chart.step(name).or_else(of_macro).map(|step| (id, step))
-            })
+            let mut all = bodies_of(pou).zip(ids);
+            all.find_map(|(body, id)| step_in(body, name).map(|step| (id, step)))
         })
     }
 
     fn actions_of(&self, unit: UnitId) -> impl Iterator<Item = RoutineId> {
         self.tree.unit(unit).actions.iter().copied()
     }
+}
+
+/// The unit's body and those of its actions.
+fn bodies_of(pou: &Pou) -> impl Iterator<Item = &Body> {
+    [&pou.body].into_iter().chain(pou.actions.iter().map(|one| &one.body))
+}
+
+/// The index of a step or macro step in a chart; macro steps follow the steps.
+fn step_in(body: &Body, name: &str) -> Option<usize> {
+    let Body::Chart(chart) = body else { return None };
+    let of_macro = || {
+        let at = chart.macros.iter().position(|one| same(&one.name, name))?;
+        Some(chart.steps.len() + at)
+    };
+    chart.step(name).or_else(of_macro)
 }

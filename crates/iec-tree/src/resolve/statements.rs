@@ -131,6 +131,13 @@ impl Resolver<'_> {
                 StatementKind::Keep(self.listed(kept, value.ty), value)
             }
             Kind::Assign(path, value) => self.assign(scope, path, &Value::Written(value), line)?,
+            Kind::Chained(path, value) => {
+                self.is_evaluated_once(scope, path, line)?;
+                if let ast::Expr::Variable(path) = value {
+                    self.is_evaluated_once(scope, path, line)?;
+                }
+                self.assign(scope, path, &Value::Written(value), line)?
+            }
             Kind::Latch(path, set, condition) => {
                 self.latch(scope, path, *set, &Value::Written(condition), line)?
             }
@@ -209,6 +216,26 @@ impl Resolver<'_> {
             }
             Kind::Foreign(text) => self.foreign(scope, text, line)?,
         })
+    }
+
+    /// Refuses a variable of a chained assignment for which it matters when and how often it is evaluated.
+    fn is_evaluated_once(
+        &mut self,
+        scope: Scope,
+        path: &ast::Path,
+        line: u32,
+    ) -> Result<(), Fault> {
+        let around = self.before.len();
+        let found = self.path(scope, path, line)?;
+        self.before.truncate(around);
+        let what = match found {
+            Found::Property(_) => "is a property",
+            Found::Place(place) if place.has_open_index() => "has a calculated index",
+            Found::Place(_) | Found::Constant(_) => return Ok(()),
+        };
+        let told = format!("{}, which a chained assignment writes, {what}", show::path(path));
+        let help = "write one assignment for each variable, the last one first";
+        Err(Fault::new(line, told).code(Code::NotModelled).help(help))
     }
 
     /// Resolves an assignment.

@@ -31,11 +31,11 @@ fn statement(cursor: &mut Cursor) -> Result<Vec<Kind>, Fault> {
     // `a := b := c;` assigns c to b, and b to a.
     let mut found = vec![kind];
     loop {
-        let Some(Kind::Assign(_, Expr::Variable(target))) = found.first() else {
+        let Some(Kind::Assign(target, Expr::Variable(variable))) = found.first().cloned() else {
             return Err(cursor.unexpected("';'"));
         };
-        let target = target.clone();
-        found.insert(0, Kind::Assign(target, expression(cursor)?));
+        found[0] = Kind::Chained(target, Expr::Variable(variable.clone()));
+        found.insert(0, Kind::Assign(variable, expression(cursor)?));
         if !cursor.take_sign(":=") {
             cursor.sign(";")?;
             return Ok(found);

@@ -373,6 +373,7 @@ fn apply(program: &mut Program, found: &CountLimits) {
         }
     }
     program.limited_counts.append(&mut counted);
+    loops::without_unreached(program, &found.unreached);
     loops::lower(program, &found.iterations);
 }
 

@@ -10,7 +10,7 @@ use rustc_hash::FxHashSet;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
 use std::cell::Cell as Shared;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions executed in the analysis of one scan; beyond it, the scan is not analysed.
 const MAX_WORK: u64 = 4_000_000;
@@ -43,6 +43,8 @@ pub struct CountLimits {
     pub units: BTreeMap<usize, u64>,
     /// The cells that each indexed write reaches; `None` if unknown.
     pub reaches: BTreeMap<ChoiceId, Option<Reach>>,
+    /// Unbounded loops ([`Step::Unbounded`]) that no path reaches.
+    pub unreached: BTreeSet<usize>,
 }
 
 impl CountLimits {
@@ -57,6 +59,7 @@ impl CountLimits {
             let known = self.units.entry(at).or_insert(units);
             *known = units.min(*known);
         }
+        self.unreached.extend(other.unreached);
         for (choice, reach) in other.reaches {
             let known = self.reaches.entry(choice).or_insert(reach);
             *known = match (*known, reach) {
@@ -120,6 +123,8 @@ pub struct Run<'p> {
     /// Returns true if the analysis must stop, because the time is over.
     is_over: &'p dyn Fn() -> bool,
     pub found: CountLimits,
+    /// The unbounded loops that paths have reached so far.
+    endless: BTreeSet<usize>,
     /// For each slot, all values written to its word during the scan; `None` if it was not written.
     pub written: Vec<Option<Value>>,
     /// Ranges of slots for which any value is already recorded in `written`.
@@ -154,6 +159,7 @@ impl<'p> Run<'p> {
             followed,
             is_over,
             found: CountLimits::default(),
+            endless: BTreeSet::new(),
             written: vec![None; followed.words.cells().len()],
             lost: FxHashSet::default(),
             stamp: Shared::new(0),
@@ -193,6 +199,10 @@ impl<'p> Run<'p> {
         }
         self.ended = None;
         self.stopped = None;
+        let instructions = program.instructions.iter().enumerate();
+        let unbounded = instructions.filter(|(_, one)| matches!(one.step, Step::Unbounded { .. }));
+        let unreached = unbounded.map(|(at, _)| at).filter(|at| !self.endless.contains(at));
+        self.found.unreached = unreached.collect();
         Ok(state)
     }
 
@@ -482,7 +492,11 @@ impl<'p> Run<'p> {
                     join(self.fresh(), &mut self.stopped, state);
                 }
             }
-            Step::Unbounded { .. } => act.state = None,
+            Step::Unbounded { .. } => {
+                if act.state.take().is_some() {
+                    self.endless.insert(at);
+                }
+            }
             Step::ForBegin { count, least, most, end } => {
                 let turns = self.iteration_limits(act, at, *count, *least, *most);
                 self.execute_loop(act, at, *end, turns)?;
