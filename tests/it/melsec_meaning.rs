@@ -397,9 +397,9 @@ fn what_no_manual_settles_is_not_known() {
         is_open(q, instruction, asked, start);
     }
     is_open(q, "MAX D0 D1 K3", "D1.0", &[]);
-    is_open(q, "MIN D5 D7 D4", "D7.0", &[("D4", 2)]);
+    is_open(q, "MIN D5 D7 D4", "D7.0", &[("D4", 3)]);
     is_open(q, "SER D0 D1 D2 K3", "D2.0", &[]);
-    is_open(q, "SER D0 D5Z0 D2 K3", "D2.0", &[]);
+    is_open(q, "SER D0 D5Z0 D2 K3", "D2.0", &[("Z0", 0xFFFD)]);
     is_open(q, "BTOW D0 D10 K3", "D11.8", &[]);
     is_open(q, "SET SM702; SER D0 D1 D10 K3", "D10.0", &[]);
     is_open(Family::Iqr, "TEST D0 D1 M0", "M0", &[]);

@@ -24,8 +24,8 @@
 //! address outside the area), the operation gives `None`: the value stays nondeterministic and is unknown.
 
 use super::{
-    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Source,
-    WordSource, WordTarget, source,
+    BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, Frame, Logic, Number, Region, Relation,
+    Source, WordSource, WordTarget, source,
 };
 use scanbound_base::time::Picos;
 use std::collections::BTreeMap;
@@ -330,6 +330,16 @@ pub enum Operation {
         /// Whether the PLC may search by bisection. If so, position and number are always unknown, because they depend
         /// on the steps of the search if the value occurs several times.
         halving: bool,
+    },
+    /// Compares each number in the first input with the number at the same position in the second one. Results: for
+    /// each pair a bit, which is on if the relation holds; a bit that is on if it holds for all pairs.
+    CompareEach {
+        /// The relation of the first number to the second.
+        relation: Relation,
+        /// Whether the numbers are in two's complement. Otherwise they are unsigned.
+        signed: bool,
+        /// The number of words of each number.
+        words: u8,
     },
     /// Splits the words of the first input into groups of this many bits (4 or 8), lowest group first, and gives each
     /// as a word. The first word of the second input is the number of groups. Unknown if the input has fewer groups.

@@ -6,8 +6,8 @@ use super::state::{Doubt, State, Truth};
 use super::trace::TracedOperation;
 use super::words::{bcd, number};
 use scanbound_ir::meaning::{
-    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, OperationInput, Outcome, Read,
-    Shape, Target, Term,
+    Address, ChoiceKind, Count, IntegerFormat, Meaning, Observation, Operation, OperationInput,
+    Outcome, Read, Shape, Target, Term,
 };
 use scanbound_ir::{
     AreaKind, BitTarget, Cell, ChoiceId, Logic, Region, Resolution, WordSource, WordTarget, Write,
@@ -79,7 +79,14 @@ impl State<'_> {
         let operation = TracedOperation { to: more.operation.from, ..reads.operation };
         self.trace_operation(choice, operation);
         let Some(written) = written else { return false };
-        if place_doubt.is_some() {
+        // What is written may already be there while the rest of a block is still compared or searched.
+        let is_gradual = matches!(
+            meaning.operation,
+            Operation::CompareEach { .. } | Operation::Extreme { .. } | Operation::Find { .. }
+        );
+        let is_read =
+            |read: &Read| matches!(read, Read::Cell(cell, ..) if written.contains_key(cell));
+        if place_doubt.is_some() || is_gradual && reads.reads.iter().any(is_read) {
             return false;
         }
         let allowed = self.declared_regions(choice);

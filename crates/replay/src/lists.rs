@@ -68,6 +68,16 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             let words = u8::try_from(first.len()).ok()?;
             places(&numbers(inputs.get(1)?, words)?, signed(0)?)?
         }
+        Operation::CompareEach { relation, signed, words } => {
+            let numbers = |at: usize| -> Option<Vec<i128>> {
+                let words = inputs.get(at)?.chunks_exact(usize::from(words));
+                words.map(|one| number(one, signed)).collect()
+            };
+            let pairs = numbers(0)?.into_iter().zip(numbers(1)?);
+            let holds: Vec<u16> = pairs.map(|(a, b)| u16::from(relation.holds(a, b))).collect();
+            let all = holds.iter().all(|&one| one == 1);
+            return Some(vec![holds, vec![u16::from(all)]]);
+        }
         Operation::Split(bits) => {
             let groups = 16 / usize::from(bits);
             let group = |n: usize| {
@@ -234,6 +244,7 @@ fn day_of_clock(number: u16) -> [u16; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use scanbound_ir::Relation;
 
     fn one(operation: Operation, inputs: &[&[u16]]) -> Option<Vec<u16>> {
         let inputs: Vec<Vec<u16>> = inputs.iter().map(|input| input.to_vec()).collect();
@@ -276,6 +287,20 @@ mod tests {
         assert_eq!(one(Operation::Repeat, &[&[5], &[0]]), None);
         assert_eq!(one(Operation::PickBit, &[&[0, 4], &[18]]), Some(vec![1]));
         assert_eq!(one(Operation::PutBit(false), &[&[7], &[17]]), Some(vec![5]));
+    }
+
+    #[test]
+    fn blocks_are_compared_pair_by_pair() {
+        let run = |relation, signed, words, inputs: &[&[u16]]| {
+            let inputs: Vec<Vec<u16>> = inputs.iter().map(|input| input.to_vec()).collect();
+            run(&Operation::CompareEach { relation, signed, words }, &inputs)
+        };
+        let (less, equal) = (Relation::Less, Relation::Equal);
+        let (minus, plus) = (&[0xFFFF, 2][..], &[1, 2][..]);
+        assert_eq!(run(less, true, 1, &[minus, plus]), Some(vec![vec![1, 0], vec![0]]));
+        assert_eq!(run(less, false, 1, &[minus, plus]), Some(vec![vec![0, 0], vec![0]]));
+        assert_eq!(run(less, false, 2, &[plus, &[0, 3]]), Some(vec![vec![1], vec![1]]));
+        assert_eq!(run(equal, true, 1, &[plus, plus]), Some(vec![vec![1, 1], vec![1]]));
     }
 
     #[test]

@@ -155,14 +155,23 @@ impl Lowering<'_> {
             {
                 self.carry.map_or(Logic::Const(false), Logic::cell)
             }
+            Place::At(DeviceType::VolatileBit, 704)
+                if device.name == "SM" && self.block_result.is_some() =>
+            {
+                self.block_result.map_or(Logic::Const(false), Logic::cell)
+            }
             Place::At(DeviceType::VolatileBit, _)
             | Place::BitOf(DeviceType::VolatileWord, ..)
             | Place::Foreign(true) => {
                 self.approximate(format!(
                     "{text} may change at any time: any value is assumed at each read of it"
                 ));
-                match self.clock(&device) {
-                    Some(clock) => clock,
+                match self.switched_outside(&device) {
+                    // With the default parameters, the CPU stops where this relay is on.
+                    Some(on) if matches!(device.place, Place::At(_, 60 | 61)) => {
+                        Logic::All(vec![on, self.register_bit(&device)])
+                    }
+                    Some(on) => on,
                     None if self.is_external(&device) => self.external_bit(),
                     None => self.register_bit(&device),
                 }

@@ -176,6 +176,7 @@ impl Lowering<'_> {
             None => {
                 let mut effects = self.havoc_all(raw, entry, When::Fired);
                 self.add_carry(raw, entry, &mut effects);
+                self.add_block_result(entry, &mut effects);
                 self.set_exact_meaning(raw, entry, &mut effects);
                 effects
             }
@@ -201,6 +202,15 @@ impl Lowering<'_> {
         effects.insert(0, any);
         effects.push(Effect { when: When::Fired, write: Write::Havoc(region, self.choice()) });
         self.carry = Some(cell);
+    }
+
+    /// Adds SM704 to the effects of a block comparison.
+    fn add_block_result(&mut self, entry: &Entry, effects: &mut Vec<Effect>) {
+        let compares = entry.mnemonic.trim_start_matches('D').starts_with("BKCMP");
+        if let Some(cell) = self.block_result.filter(|_| compares) {
+            let region = Region::Range { first: cell, count: 1 };
+            effects.push(fired(Write::Havoc(region, self.choice())));
+        }
     }
 
     /// The effects of writing a number of `words` words to an operand when the instruction fires. If the cells are

@@ -113,11 +113,14 @@ impl Lowering<'_> {
             let BitPlace::One(BitTarget::Cell(first)) = self.bit_place(&raw.operands[2])? else {
                 return Some(None);
             };
-            let bits = (0..).zip(elements).map(|(n, (left, right))| {
-                let compare = Compare { relation, format, left, right };
-                let holds = Logic::Compare(Box::new(compare));
-                fired(Write::Bit(BitTarget::Cell(first.plus(n)), holds))
-            });
+            let holds: Vec<Logic> = elements
+                .map(|(left, right)| {
+                    Logic::Compare(Box::new(Compare { relation, format, left, right }))
+                })
+                .collect();
+            let all = self.block_result.map(|cell| (cell, Logic::All(holds.clone())));
+            let bits = (0..).zip(holds).map(|(n, holds)| (first.plus(n), holds)).chain(all);
+            let bits = bits.map(|(cell, holds)| fired(Write::Bit(BitTarget::Cell(cell), holds)));
             return Some(Some(bits.collect()));
         }
         let WordPlace::All(targets) = self.word_place(&raw.operands[2], unit * count)? else {

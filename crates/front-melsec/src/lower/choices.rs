@@ -334,16 +334,16 @@ impl Lowering<'_> {
         })
     }
 
-    /// The value of a clock relay, which something outside the program switches, but not twice in a scan. `None` for
-    /// other devices.
-    pub(super) fn clock(&mut self, device: &Device) -> Option<Logic> {
+    /// The value of a special relay that something outside the program switches, but not twice in a scan: a clock, or
+    /// the state of a battery or network. `None` for other devices.
+    pub(super) fn switched_outside(&mut self, device: &Device) -> Option<Logic> {
         let Place::At(DeviceType::VolatileBit, index) = device.place else { return None };
-        let is_clock = match device.name {
-            "SM" => (409..=415).contains(&index),
+        let is_switched = match device.name {
+            "SM" => (409..=415).contains(&index) || self.modes.switched_outside.contains(&index),
             "M" => (8011..=8014).contains(&index),
             _ => false,
         };
-        let choice = is_clock.then(|| self.choice())?;
+        let choice = is_switched.then(|| self.choice())?;
         let cell = Cell { area: area(device.name), index };
         self.out
             .program

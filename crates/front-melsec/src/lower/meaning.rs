@@ -8,6 +8,7 @@ use super::access::{BitPlace, WordPlace};
 use super::state::Lowering;
 use crate::catalog::Entry;
 use crate::memory::{DeviceType, Family, area};
+use crate::mnemonic::relation;
 use crate::operand::Place;
 use crate::source::RawInstruction;
 use scanbound_ir::meaning::{
@@ -307,6 +308,9 @@ impl Lowering<'_> {
             "ZONE" => Some(Operation::Zone),
             _ => None,
         };
+        if let Some(symbol) = plain.strip_prefix("BKCMP") {
+            return self.blocks_compared(symbol, words, [a, b, c, d]);
+        }
         if let Some(operation) = control {
             let inputs = vec![self.value(a, words)?, self.value(b, words)?, self.value(c, words)?];
             return self.single_result(operation, inputs, d, words);
@@ -323,6 +327,47 @@ impl Lowering<'_> {
             }
             _ => None,
         }
+    }
+
+    /// The meaning of a comparison of two blocks, of which the first may be a constant, with numbers of `words` words.
+    fn blocks_compared(
+        &mut self,
+        symbol: &str,
+        words: usize,
+        [a, b, to, count]: [&str; 4],
+    ) -> Option<Meaning> {
+        let unsigned = symbol.strip_suffix("_U");
+        let relation = relation(unsigned.unwrap_or(symbol))?;
+        let many = self.element_count(count)?;
+        let ElementCount::Known(count) = many else { return None };
+        let first = match self.constant(a) {
+            Some(_) => {
+                let one = self.read_words(a, words)?;
+                OperationInput::Words(one.repeat(count as usize))
+            }
+            None => self.run_of(a, words as u32, many)?,
+        };
+        let inputs = vec![first, self.run_of(b, words as u32, many)?];
+        let holds: Vec<BitTarget> = match self.device(to)?.place {
+            Place::At(DeviceType::Bit(area), index) => {
+                (index..index + count).map(|index| BitTarget::Cell(Cell { area, index })).collect()
+            }
+            Place::BitOf(DeviceType::Word(area), index, bit) if u32::from(bit) + count <= 16 => {
+                let bits = bit..bit + count as u8;
+                bits.map(|bit| BitTarget::WordBit(Cell { area, index }, bit)).collect()
+            }
+            _ => return None,
+        };
+        let all = self.block_result.map(BitTarget::Cell).into_iter().collect();
+        Some(Meaning {
+            operation: Operation::CompareEach {
+                relation,
+                signed: unsigned.is_none(),
+                words: words as u8,
+            },
+            inputs,
+            outputs: vec![Target::Bits(holds), Target::Bits(all)],
+        })
     }
 
     /// The meaning of DECO: sets one of 2^n bits, whose number is the value of `from`, and clears the others. `None`
@@ -590,20 +635,6 @@ fn overlaps(meaning: &Meaning) -> bool {
         meaning.operation,
         Operation::EachWord(_) | Operation::Split(_) | Operation::Combine(_) | Operation::Repeat
     );
-    // These have several results; one may be stored in the block that is still searched.
-    if let Operation::Extreme { .. } | Operation::Find { .. } = meaning.operation {
-        let may_hold = |input: &OperationInput, cell: &Cell| match input {
-            OperationInput::Run(address, ..) => address.ranges.iter().any(|stretch| {
-                let is_before =
-                    address.terms.is_empty() && i64::from(cell.index) < address.base + stretch.from;
-                stretch.first.area == cell.area && !is_before
-            }),
-            _ => false,
-        };
-        return writes.iter().any(|cell| {
-            reads.contains(cell) || meaning.inputs.iter().any(|input| may_hold(input, cell))
-        });
-    }
     let runs = |meaning: &Meaning| {
         meaning.inputs.iter().any(|input| matches!(input, OperationInput::Run(..)))
             || meaning.outputs.iter().any(|output| matches!(output, Target::Run(..)))

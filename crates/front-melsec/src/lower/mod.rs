@@ -82,8 +82,14 @@ impl<'a> Lowering<'a> {
             edges: Edges::default(),
             targets: JumpTargets::default(),
             carry: None,
+            block_result: None,
             state: None,
         };
+        if lowering.modes.reads_block_result {
+            let cell = lowering.memory();
+            lowering.out.program.names.insert(cell, "SM704".to_owned());
+            lowering.block_result = Some(cell);
+        }
         lowering.modes.index_is_open = lowering.writes_other_indices();
         // Others may write an index register as a special register, which has no cell of its own.
         let external = options.facts.external.iter();

@@ -22,6 +22,12 @@ pub(super) struct Modes {
     /// Whether the program uses SM702 (or M702). With SM702 on, searches of Q and L use binary search and expect sorted
     /// blocks.
     pub uses_binary_search: bool,
+    /// Q, L, iQ-R: whether contacts read SM704, which only block comparisons set. Whether interrupt programs keep it is
+    /// unknown. (MELSEC-Q/L programming manual, common instructions, BKCMP.)
+    pub reads_block_result: bool,
+    /// Q, L: the numbers of the special relays that are states of the CPU's surroundings, and that the program only
+    /// reads.
+    pub switched_outside: Vec<u32>,
     /// FX, FX5: whether the program uses M8040 or IST, which may inhibit transitions of a step ladder.
     pub states_may_stay: bool,
     /// FX: whether the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
@@ -52,20 +58,32 @@ impl Modes {
         written_by_others: impl Fn(&[u32]) -> bool,
     ) -> Modes {
         let has = |names: &[&str]| items.iter().any(|item| names.contains(&&*item.name));
-        let touches = |relays: &[u32]| {
+        let is_used = |relays: &[u32]| {
             items.iter().any(|item| touches(item, relays)) || written_by_others(relays)
         };
         let is_fx = matches!(family, Family::Fx | Family::Fx5);
+        let is_contact = |item: &&Item<'_>| matches!(item.category, Category::Contact { .. });
+        let has_interrupts =
+            items.iter().any(|item| matches!(item.category, Category::Control(Control::Interrupt)));
+        let is_only_read = |relay: u32| {
+            let mut others = items.iter().filter(|item| !is_contact(item));
+            !others.any(|item| touches(item, &[relay])) && !written_by_others(&[relay])
+        };
+        let is_switched = matches!(family, Family::Q | Family::L);
+        let switched = SURROUNDINGS.into_iter().filter(|_| is_switched);
         Modes {
+            reads_block_result: !is_fx
+                && !has_interrupts
+                && is_only_read(704)
+                && items.iter().any(|item| touches(item, &[704])),
+            switched_outside: switched.filter(|&relay| is_only_read(relay)).collect(),
             switches_file_register: has(&["RSET", "RSETP", "QDRSET", "QDRSETP"]),
-            changes_moves: is_fx && touches(&[8024, 8160]),
-            sums_reals: family == Family::Fx && touches(&[8023]),
-            uses_binary_search: touches(&[702]),
-            states_may_stay: is_fx && (touches(&[8040]) || has(&["IST"])),
-            counts_in_d8164: family == Family::Fx && touches(&[8164]),
-            has_interrupts: items
-                .iter()
-                .any(|item| matches!(item.category, Category::Control(Control::Interrupt))),
+            changes_moves: is_fx && is_used(&[8024, 8160]),
+            sums_reals: family == Family::Fx && is_used(&[8023]),
+            uses_binary_search: is_used(&[702]),
+            states_may_stay: is_fx && (is_used(&[8040]) || has(&["IST"])),
+            counts_in_d8164: family == Family::Fx && is_used(&[8164]),
+            has_interrupts,
             resets: resets(items),
             index_values: if is_fx { index_values(items) } else { BTreeMap::new() },
             index_is_open: false,
@@ -193,6 +211,11 @@ fn touches(item: &Item<'_>, relays: &[u32]) -> bool {
     };
     between || item.operands.iter().any(in_name)
 }
+
+/// Special relays of Q and L that are states of the battery (SM51, SM52), the supply (SM53), fuses and modules (SM60,
+/// SM61), and networks (SM255 and above, SM1255). (MELSEC-Q/L user's manual, hardware design, list of special relays.)
+const SURROUNDINGS: [u32; 18] =
+    [51, 52, 53, 60, 61, 255, 256, 257, 260, 261, 262, 265, 266, 267, 270, 271, 272, 1255];
 
 /// The number of the first special relay of the FX.
 const FIRST_SPECIAL: u32 = 8000;
