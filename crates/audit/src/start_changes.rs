@@ -18,13 +18,18 @@ impl Changes {
         self.start.is_empty() && self.outside.is_empty()
     }
 
+    /// Whether these changes and others want different values of a bit.
+    pub(super) fn contradicts(&self, other: &Changes) -> bool {
+        let differ = |held: Option<&(u16, u16)>, wanted: &(u16, u16)| {
+            held.is_some_and(|held| (held.1 ^ wanted.1) & held.0 & wanted.0 != 0)
+        };
+        other.start.iter().any(|(cell, one)| differ(self.start.get(cell), one))
+            || other.outside.iter().any(|(key, one)| differ(self.outside.get(key), one))
+    }
+
     /// Adds other changes if they do not contradict these. Returns whether it did.
     pub(super) fn add(&mut self, other: &Changes) -> bool {
-        let fits = |held: Option<&(u16, u16)>, wanted: &(u16, u16)| {
-            held.is_none_or(|held| (held.1 ^ wanted.1) & held.0 & wanted.0 == 0)
-        };
-        let fits = other.start.iter().all(|(cell, one)| fits(self.start.get(cell), one))
-            && other.outside.iter().all(|(key, one)| fits(self.outside.get(key), one));
+        let fits = !self.contradicts(other);
         if fits {
             for (&cell, &(mask, value)) in &other.start {
                 self.set(cell, mask, value);

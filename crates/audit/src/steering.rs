@@ -7,7 +7,7 @@ use super::start_changes::Changes;
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{Cell, Frame, Join, Program, Region, Source, Step, Witness, WordSource, flow};
-use scanbound_replay::{RealRun, StopReason, Trace};
+use scanbound_replay::{Event, RealRun, StopReason, Trace};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The largest number of instructions that all runs of one call execute.
@@ -150,7 +150,8 @@ impl RunSearch<'_> {
         wanted
     }
 
-    /// Makes a run with all changes together; if it is not longer, one with each quarter of them, and so on.
+    /// Makes a run with all changes together. If it is not longer, makes one without those changes that keep expensive
+    /// instructions of the longest run from firing; if there are none, one with each quarter of the changes.
     fn try_changes(
         &self,
         found: &mut RunResults,
@@ -192,6 +193,11 @@ impl RunSearch<'_> {
                 .into_iter()
                 .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
             effort.tried.extend(guilty.into_iter().map(|one| one.target));
+            let (left, guilty) = match left.len() == before {
+                true => self.without_spoilers(&found.best, &witness, left),
+                false => (left, Vec::new()),
+            };
+            effort.tried.extend(guilty.into_iter().map(|one| one.target));
             match left.len() {
                 0 => {}
                 count if count < before => open.push(left),
@@ -203,6 +209,61 @@ impl RunSearch<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Takes changes out that cost more than they gain: instructions that fired in the longest run do not fire with all
+    /// changes, and could if some of the changes were left out, which share their time. `changed` is the witness with
+    /// all changes. Returns the other changes and these.
+    fn without_spoilers(
+        &self,
+        longest: &RealRun,
+        changed: &Witness,
+        part: Vec<Wanted>,
+    ) -> (Vec<Wanted>, Vec<Wanted>) {
+        let (run, trace) = self.traced(changed);
+        let conditions = Conditions::of(self.program, &run, &trace);
+        let sums = Sums::of(self.program, self.least);
+        let fired: BTreeMap<(usize, &[Frame]), bool> = longest
+            .replay
+            .events
+            .iter()
+            .map(|event| ((event.instruction, &*event.frames), event.fired))
+            .collect();
+        let mut costs = vec![0; part.len()];
+        for (lost, target, event, goal) in conditions.targets(self.least, &sums) {
+            if self.is_over() {
+                break;
+            }
+            let before = fired.get(&(target.0, &target.1[..]));
+            let is_lost = match goal {
+                Goal::Fires(on) => before == Some(&on),
+                Goal::Runs => before.is_some(),
+                Goal::Iterates(_) => false,
+            };
+            let mut undone = Changes::default();
+            let mut steps = MAX_STEPS;
+            if !is_lost || !conditions.make(&target, event, goal, &mut undone, &mut steps) {
+                continue;
+            }
+            // A call takes the time of everything that it executed.
+            let depth = target.1.len();
+            let is_within = |event: &&Event| {
+                event.frames.len() > depth
+                    && event.frames[..depth] == target.1[..]
+                    && event.frames[depth].at == target.0
+            };
+            let within = longest.replay.events.iter().filter(is_within);
+            let lost = lost.max(within.map(|event| event.cost.0).sum());
+            let spoils = |one: &Wanted| one.changes.contradicts(&undone);
+            let count = part.iter().filter(|one| spoils(one)).count() as u64;
+            for (cost, _) in costs.iter_mut().zip(&part).filter(|(_, one)| spoils(one)) {
+                *cost = (lost / count).saturating_add(*cost);
+            }
+        }
+        let (left, spoilers): (Vec<_>, Vec<_>) =
+            part.into_iter().zip(costs).partition(|(one, cost)| *cost <= one.gain);
+        let without_cost = |all: Vec<(Wanted, u64)>| all.into_iter().map(|(one, _)| one).collect();
+        (without_cost(left), without_cost(spoilers))
     }
 
     /// The cells that these invariants of the program read.

@@ -352,6 +352,9 @@ pub enum Operation {
     PickBit,
     /// The first input, with the bit whose number is the first word of the second input set (`true`) or cleared.
     PutBit(bool),
+    /// The signed number in one word as a text of six characters in three words: a space or minus sign, then five
+    /// digits with spaces in place of leading zeros. A fourth word is 0.
+    ToDecimalText,
     /// Converts a signed number to IEEE 754 single precision. Unknown if it must be rounded.
     ToReal,
     /// Converts an IEEE 754 single to a signed number of this many words. Unknown if it is not an integer or does not

@@ -92,6 +92,13 @@ pub(super) fn run(operation: &Operation, inputs: &[Vec<u16>]) -> Option<Vec<Vec<
             };
             first.chunks(16 / usize::from(bits)).map(joined).collect()
         }
+        Operation::ToDecimalText => {
+            let value = signed(0)?;
+            let sign = if value < 0 { '-' } else { ' ' };
+            let text = format!("{sign}{:>5}", value.unsigned_abs());
+            let pair = |two: &[u8]| u16::from_le_bytes([two[0], two[1]]);
+            text.as_bytes().chunks_exact(2).map(pair).chain([0]).collect()
+        }
         Operation::PickBit => {
             let place = usize::from(second_word()?) % (16 * first.len());
             vec![first[place / 16] >> (place % 16) & 1]
@@ -285,6 +292,9 @@ mod tests {
         assert_eq!(one(Operation::Combine(8), &[&[0x21, 0x143, 5]]), Some(vec![0x4321, 5]));
         assert_eq!(one(Operation::Repeat, &[&[5, 6], &[2]]), Some(vec![5, 6, 5, 6]));
         assert_eq!(one(Operation::Repeat, &[&[5], &[0]]), None);
+        let text = |number: i16| one(Operation::ToDecimalText, &[&[number.cast_unsigned()]]);
+        assert_eq!(text(325), Some(vec![0x2020, 0x3320, 0x3532, 0]));
+        assert_eq!(text(-32768), Some(vec![0x332D, 0x3732, 0x3836, 0]));
         assert_eq!(one(Operation::PickBit, &[&[0, 4], &[18]]), Some(vec![1]));
         assert_eq!(one(Operation::PutBit(false), &[&[7], &[17]]), Some(vec![5]));
     }

@@ -469,6 +469,16 @@ fn a_quotient_is_known_at_an_indexed_device() {
 }
 
 #[test]
+fn a_number_becomes_a_text() {
+    for (relay, want) in [("X0", 1), ("SM701", 0)] {
+        let list = format!(
+            "LD {relay}; OUT Y1; LD SM400; MOV K-325 D0; BINDA D0 D10; LD= D10 H202D; AND= D12 H3532; Op1; END"
+        );
+        assert_eq!(bounds(&list, "", Q), (want, 1), "{list}");
+    }
+}
+
+#[test]
 fn blocks_of_relays_are_moved_as_words() {
     let list = "LD SM400; MOV H8001 K4M100; MOV K2 K4M116; BMOV K4M100 K4M200 K2; BMOV K4M200 D0 K2; LD M200; AND M215; AND M217; ANI M216; AND= D0 H8001; AND= D1 K2; Op1; END";
     assert_eq!(bounds(list, "", Q), (1, 1));

@@ -116,6 +116,11 @@ impl Lowering<'_> {
                 let value = self.value(from, 2)?;
                 self.single_result(Operation::FromReal(words as u8), vec![value], to, words)
             }
+            "BINDA" if words == 1 && self.is_large() && !self.modes.uses_text_forms => {
+                let value = self.value(from, 1)?;
+                let output = Target::Words(self.places(to, 4)?);
+                Some(meaning(Operation::ToDecimalText, vec![value], output))
+            }
             "SECOND" => {
                 let time = OperationInput::Words(self.cells(from, 3)?);
                 self.single_result(Operation::ToSeconds, vec![time], to, 2)

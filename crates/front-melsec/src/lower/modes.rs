@@ -28,6 +28,8 @@ pub(super) struct Modes {
     /// Q, L: the numbers of the special relays that are states of the CPU's surroundings, and that the program only
     /// reads.
     pub switched_outside: Vec<u32>,
+    /// Whether the program uses SM701 (or M701). With SM701 on, numbers become texts of another form on Q and L.
+    pub uses_text_forms: bool,
     /// FX, FX5: whether the program uses M8040 or IST, which may inhibit transitions of a step ladder.
     pub states_may_stay: bool,
     /// FX: whether the program uses M8164. With it on, FROM and TO move as many words as D8164 says.
@@ -81,6 +83,7 @@ impl Modes {
             changes_moves: is_fx && is_used(&[8024, 8160]),
             sums_reals: family == Family::Fx && is_used(&[8023]),
             uses_binary_search: is_used(&[702]),
+            uses_text_forms: is_used(&[701]),
             states_may_stay: is_fx && (is_used(&[8040]) || has(&["IST"])),
             counts_in_d8164: family == Family::Fx && is_used(&[8164]),
             has_interrupts,
