@@ -438,3 +438,22 @@ fn no_scan_is_found_behind_a_whole_variable_at_null() {
     let found = audited("iec-text", None, &[("p.st", &text)], &table, &Facts::default());
     assert_eq!(found.expect("a program").audit.bound.lower.0, 0);
 }
+
+/// A call of an instance outside the array may be executed, on memory behind the array.
+#[test]
+fn a_call_outside_the_array_takes_its_time() {
+    let of = |call: &str| {
+        let text = format!(
+            "FUNCTION_BLOCK C VAR_INPUT i : INT; END_VAR VAR r : REAL; END_VAR \
+             METHOD M : INT r := SQRT(r); END_METHOD r := SQRT(r); END_FUNCTION_BLOCK \
+             FUNCTION H : INT VAR r : REAL; END_VAR r := SQRT(r); END_FUNCTION \
+             PROGRAM main VAR_INPUT k : INT; END_VAR VAR c : ARRAY[0..1] OF C; t : ARRAY[0..1] OF TON; a : INT; END_VAR \
+             IF k > 1 THEN {call} END_IF END_PROGRAM"
+        );
+        bound_of(&text)
+    };
+    assert_eq!(of("c[k]();"), Ok(1));
+    assert_eq!(of("a := c[k].M();"), Ok(1));
+    assert_eq!(of("c[k](i := H());"), Ok(2));
+    assert_eq!(of("t[k](IN := H() > k, PT := T#1s);"), Ok(1));
+}

@@ -305,11 +305,16 @@ impl Assembler {
 
     /// A bit with either value, reported as over-approximated with the reason `why`.
     pub(crate) fn any_bit(&mut self, why: &str) -> Logic {
-        let bit = self.builder.free_bit();
-        let kept = self.keep_bit(bit);
+        let kept = self.free_bit();
         let at = self.builder.next() - 1;
         self.program().approximate(at, why);
         kept
+    }
+
+    /// A bit with either value.
+    pub(crate) fn free_bit(&mut self) -> Logic {
+        let bit = self.builder.free_bit();
+        self.keep_bit(bit)
     }
 
     /// A free bit that says whether the controller spends extra time here, with no other effect.

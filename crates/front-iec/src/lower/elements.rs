@@ -9,7 +9,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Step as PathStep};
 use scanbound_iec_tree::types::{DINT, Type as Typed};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Number, WordSource};
+use scanbound_ir::{Logic, Number, WordSource};
 
 /// The most elements of an array that may be called with a run-time index.
 const MOST_INSTANCES: i64 = 64;
@@ -116,7 +116,7 @@ impl Lower<'_> {
         let Some(open) = self.worked_out_index(at, place) else { return Ok(false) };
         let words = self.number_of(at, &open, line)?;
         for number in open.low..=open.high {
-            let skip = self.jump(is_number(&words, number, 2).not(), None);
+            let skip = self.unless_element(&words, number, &open);
             let done = act(self, open.known(place, number));
             self.land(skip);
             self.landing();
@@ -138,12 +138,24 @@ impl Lower<'_> {
         let words = self.number_of(at, &open, line)?;
         let (mut known, mut ends) = (None, Vec::new());
         for number in open.low..=open.high {
-            let skip = Some(self.jump(is_number(&words, number, 2).not(), None));
+            let skip = Some(self.unless_element(&words, number, &open));
             let value = act(self, open.known(place, number))?;
             known = Some(self.gathered(known, value));
             self.past(skip, &mut ends);
         }
         Ok(Some(self.otherwise_any(known, ends)))
+    }
+
+    /// Adds a jump past the code for one value of a run-time index. With an index outside the array, the last element's
+    /// code may be executed: the controller then calls it for memory behind the array.
+    fn unless_element(&mut self, words: &[WordSource], number: i64, open: &WorkedOut) -> usize {
+        let is_other = is_number(words, number, 2).not();
+        if number < open.high {
+            return self.jump(is_other, None);
+        }
+        let within = is_outside(&Number::Words(words.to_vec()), open.low, open.high).not();
+        let passes = Logic::Any(vec![within, self.extra_time().not()]);
+        self.jump(Logic::All(vec![is_other, passes]), None)
     }
 
     /// Evaluates a run-time index into two words. A fault if it can select too many elements.

@@ -14,7 +14,7 @@ use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
-use scanbound_iec_tree::types::{DINT, INT, Type as Typed, TypeId};
+use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
 use scanbound_ir::errors::is_outside;
 use scanbound_ir::{Logic, Number, NumberFormat, Region, Relation, WordSource};
 
@@ -449,13 +449,12 @@ impl<'t> Lower<'t> {
     /// Ends the code for the values of an index or reference. With any other value, which means no variable that is
     /// known, nothing was executed, and the result may be any.
     pub(super) fn otherwise_any(&mut self, known: Option<Value>, ends: Vec<usize>) -> Value {
-        let why = "an index may be outside of its array";
         let any = match &known {
-            Some(Value::Bit(_)) => Value::Bit(self.any_bit(why)),
+            Some(Value::Bit(_)) => Value::Bit(self.free_bit()),
             Some(Value::Number(kind, _) | Value::Open(kind, ..)) => {
-                Value::Number(*kind, self.any_number(*kind, why))
+                Value::Number(*kind, self.worked_out(kind.words(), None))
             }
-            Some(Value::Address(..)) => Value::Address(self.any_number(INT, why), Vec::new()),
+            Some(Value::Address(..)) => Value::Address(self.worked_out(1, None), Vec::new()),
             _ => Value::Any,
         };
         let merged = known.map(|known| self.merged(known, any)).unwrap_or(Value::Any);
