@@ -31,6 +31,15 @@ fn loops_that_end_at_one_value_have_a_count() {
     assert_eq!(of("s := -1; WHILE s < 100 DO s := s + 50; END_WHILE"), Ok(None));
     let most = "s := LIMIT(10, s, 30); WHILE s >= -90 DO s := s - 37; END_WHILE";
     assert_eq!(of(most), Ok(Some(5)));
+    // An unsigned variable never goes beyond an end that some controllers take for a very large number.
+    assert_eq!(of("m := n MOD 3; FOR u := 0 TO m - 1 DO x := TRUE; END_FOR"), Ok(None));
+    assert_eq!(of("m := n MOD 3; u := 0; WHILE u <= m - 1 DO u := u + 1; END_WHILE"), Ok(None));
+    assert_eq!(
+        of("FOR s := 0 TO LIMIT(1, n, 4) - 1 DO x := TRUE; END_FOR").map(|us| us.is_some()),
+        Ok(true)
+    );
+    // Constants are of a type.
+    assert_eq!(of("FOR n := 0 TO UINT#3 - UINT#5 DO x := TRUE; END_FOR"), Ok(None));
     // One without a known end stays so within another loop that is not followed turn by turn.
     let inner = "u := 3; WHILE u <> 65534 DO u := u + 1; END_WHILE";
     assert_eq!(of(inner), Ok(None));

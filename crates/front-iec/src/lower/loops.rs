@@ -15,9 +15,11 @@ use crate::assembler::value::{Value, constant, signed};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::elementary::holding;
 use scanbound_iec_tree::tree::{
     Expr, ExprKind, ForLoop, Place, Statement, StatementKind, continues, each_statement,
 };
+use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{Logic, Number, Relation, WordSource, WordTarget, Write};
 
 /// The value with which a loop begins.
@@ -128,7 +130,8 @@ impl Lower<'_> {
         if self.routines.tasks.len() > 1 && self.others_write(at, variable) {
             return Ok(First::Held);
         }
-        let known = from.whole().filter(|from| (range.0..=range.1).contains(from));
+        let known = from.whole().filter(|_| self.keeps_its_types(from));
+        let known = known.filter(|from| (range.0..=range.1).contains(from));
         Ok(match known {
             Some(known) => First::Known(known),
             None if fits => First::Value(value),
@@ -311,7 +314,7 @@ impl Lower<'_> {
     ) -> Result<Turns, Fault> {
         let to = to.unconverted();
         let (held, range) = self.range_of(at, variable, line)?;
-        let end = to.whole();
+        let end = to.whole().filter(|_| self.keeps_its_types(to));
         if !held.is_signed() && end.is_some_and(|end| end < 0) {
             let told = format!(
                 "{} is unsigned and the end of the loop is below 0: some controllers take it as a very large number",
@@ -345,8 +348,14 @@ impl Lower<'_> {
         };
         let last = self.value(at, to)?;
         let is_longest = matches!(held, Kind::Whole { bits: 64, signed: false });
-        let crosses = matches!(&last, Value::Number(kind, _)
-            if mixed(held, *kind).is_some() || (is_longest && kind.is_signed()));
+        let crosses_kind = |kind| mixed(held, kind).is_some() || (is_longest && kind.is_signed());
+        let crosses = match &last {
+            Value::Constant(end) => !held.is_signed() && *end < 0,
+            Value::Number(kind, _) | Value::Open(kind, ..) => {
+                crosses_kind(*kind) || self.kind_of(to).is_some_and(crosses_kind)
+            }
+            _ => false,
+        };
         let ends = [(from, 0), (last, far)];
         let mut found = Vec::new();
         for (value, far) in ends {
@@ -493,6 +502,23 @@ impl Lower<'_> {
         self.looked_at(at, variable, &mut compared);
         self.of_expr(at, end, &mut compared);
         called.changes(&compared)
+    }
+
+    /// The kind of number that an expression has by its type.
+    fn kind_of(&self, one: &Expr) -> Option<Kind> {
+        match self.tree.types.get(one.ty) {
+            Typed::Elementary(of) => of.kind(),
+            _ => None,
+        }
+    }
+
+    /// Whether each part of a constant expression fits its type, so that no controller works it out otherwise.
+    fn keeps_its_types(&self, one: &Expr) -> bool {
+        let kind = self.kind_of(one);
+        let fits = |value| kind.is_none_or(|kind| holding(kind, value) == kind);
+        let mut all = one.whole().is_none_or(fits);
+        one.each_operand(&mut |part| all &= self.keeps_its_types(part));
+        all
     }
 
     /// Whether a variable has more values than the largest iteration count that is modelled.
