@@ -156,9 +156,10 @@ impl Lowering<'_> {
                 self.carry.map_or(Logic::Const(false), Logic::cell)
             }
             Place::At(DeviceType::VolatileBit, 704)
-                if device.name == "SM" && self.block_result.is_some() =>
+                if device.name == "SM"
+                    && let Some(cell) = self.block_result =>
             {
-                self.block_result.map_or(Logic::Const(false), Logic::cell)
+                self.unchanging_bit(cell)
             }
             Place::At(DeviceType::VolatileBit, _)
             | Place::BitOf(DeviceType::VolatileWord, ..)

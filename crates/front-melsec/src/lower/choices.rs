@@ -343,13 +343,15 @@ impl Lowering<'_> {
             "M" => (8011..=8014).contains(&index),
             _ => false,
         };
-        let choice = is_switched.then(|| self.choice())?;
-        let cell = Cell { area: area(device.name), index };
-        self.out
-            .program
-            .kinds
-            .insert(choice, ChoiceKind::StableExternal(Source::Bit(BitSource::Cell(cell))));
-        Some(Logic::Bit(BitSource::Free(choice)))
+        is_switched.then(|| self.unchanging_bit(Cell { area: area(device.name), index }))
+    }
+
+    /// The value of a bit cell in a real run; the bound takes any value at each read.
+    pub(super) fn unchanging_bit(&mut self, cell: Cell) -> Logic {
+        let choice = self.choice();
+        let source = Source::Bit(BitSource::Cell(cell));
+        self.out.program.kinds.insert(choice, ChoiceKind::StableExternal(source));
+        Logic::Bit(BitSource::Free(choice))
     }
 
     /// The value of a cell that something outside the program determines, the same in the whole scan.

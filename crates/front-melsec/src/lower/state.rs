@@ -43,8 +43,8 @@ pub struct Lowering<'a> {
     /// The bit that holds the carry flag SM700, if the instruction before the contacts here is a shift or rotation that
     /// sets it.
     pub(super) carry: Option<Cell>,
-    /// The bit that holds SM704, the result of the last block comparison (BKCMP). `None` if the program does not read
-    /// it, or if something else may change it.
+    /// The bit that holds SM704, the result of the last block comparison (BKCMP), for real runs. `None` if the program
+    /// does not read it, or if something else may change it.
     pub(super) block_result: Option<Cell>,
     /// The step ladder state that is being lowered. `None` outside of step ladder states.
     pub(super) state: Option<LadderState>,
