@@ -369,6 +369,7 @@ fn a_call_in_an_index_may_not_change_other_parts_of_the_path() {
 fn a_chained_assignment_evaluates_nothing_twice() {
     refused("v := c[G() - 7] := 3;", "chained assignment");
     refused("c[n] := n := 1;", "chained assignment");
+    refused("pi := REF(v); pi^ := y := 3;", "is a reference");
     let body = |told: &str| {
         format!("c[1] := 4; v := y := c[2] := c[1]; IF v = {told} AND c[2] = 4 THEN {PROBE} END_IF")
     };

@@ -100,6 +100,9 @@ fn ends_of_loops_that_the_program_limits_bound_them() {
     assert_eq!(of("i := 0; WHILE i < MIN(m, 9) DO r := LN(r); i := i + 1; END_WHILE"), (9, 0));
     // Compilers differ in the bits that they keep of the sum, and the limits hold for all of them.
     assert_eq!(turns("1 TO LIMIT(0, m + 1, 20)"), (20, 0));
+    // Within a loop of too many turns to follow, too.
+    let inner = "FOR i := 2 TO LIMIT(0, m / 5, 20) DO r := LN(r); END_FOR";
+    assert_eq!(of(&format!("FOR k := 1 TO 30000 DO {inner} END_FOR")), (30_000 * 19, 0));
     // Nothing limits these.
     assert_eq!(turns("n TO 20").1, 1);
     assert!(turns("1 TO MAX(m, 20)").0 > 30_000);

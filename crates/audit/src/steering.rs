@@ -194,7 +194,10 @@ impl RunSearch<'_> {
                 .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
             effort.tried.extend(guilty.into_iter().map(|one| one.target));
             let (left, guilty) = match left.len() == before {
-                true => self.without_spoilers(&found.best, &witness, left),
+                true => {
+                    effort.executed += run.replay.events.len();
+                    self.without_spoilers(&found.best, &witness, left)
+                }
                 false => (left, Vec::new()),
             };
             effort.tried.extend(guilty.into_iter().map(|one| one.target));

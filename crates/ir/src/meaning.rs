@@ -45,8 +45,8 @@ pub enum ChoiceKind {
     /// scan. The number is an index into `Program::readings`. The analysis lets the bit have any value at each read. A
     /// real run is made in both ways, and the least time counts.
     Reading(u32),
-    /// A bit that is on where a controller may execute instructions that have no effect but their time. The analysis
-    /// lets it have any value; a real run uses 0, because other controllers do not execute them.
+    /// A bit that is on where a controller may execute instructions that others do not. The analysis lets it have any
+    /// value; a real run uses 0.
     ExtraTime,
     /// A bit of the CPU's parameters. The analysis lets it have any value; on the CPU of a real run it is off.
     Parameter,

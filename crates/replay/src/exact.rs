@@ -79,10 +79,13 @@ impl State<'_> {
         let operation = TracedOperation { to: more.operation.from, ..reads.operation };
         self.trace_operation(choice, operation);
         let Some(written) = written else { return false };
-        // What is written may already be there while the rest of a block is still compared or searched.
+        // What is written may already be there while the rest of an operand is still read.
         let is_gradual = matches!(
             meaning.operation,
-            Operation::CompareEach { .. } | Operation::Extreme { .. } | Operation::Find { .. }
+            Operation::CompareEach { .. }
+                | Operation::Extreme { .. }
+                | Operation::Find { .. }
+                | Operation::ToDecimalText
         );
         let is_read =
             |read: &Read| matches!(read, Read::Cell(cell, ..) if written.contains_key(cell));

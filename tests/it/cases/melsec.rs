@@ -285,10 +285,8 @@ fn audited(text: &str) -> super::Run {
 
 #[test]
 fn more_trust_never_makes_a_bound_larger() {
-    // A loop of which nothing is known that ends it leaves no bound.
     let upper = |arguments: &str, trust: &str| {
-        let report = audit("attack", &format!("{arguments} --trust {trust}"));
-        report["scan"]["upper_ps"].as_u64().unwrap_or(u64::MAX)
+        upper_ns(&audit("attack", &format!("{arguments} --trust {trust}")))
     };
     for arguments in [
         "trust-order-melsec.il --table trust-order-melsec.csv --cpu Q26UDV",

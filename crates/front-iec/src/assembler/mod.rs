@@ -317,7 +317,7 @@ impl Assembler {
         self.keep_bit(bit)
     }
 
-    /// A free bit that says whether the controller spends extra time here, with no other effect.
+    /// A free bit that says whether the controller executes here what others do not. It is off in a real run.
     pub(crate) fn extra_time(&mut self) -> Logic {
         let choice = self.builder.choice();
         self.program().kinds.insert(choice, scanbound_ir::ChoiceKind::ExtraTime);

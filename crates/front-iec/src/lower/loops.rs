@@ -357,6 +357,12 @@ impl Lower<'_> {
             _ => false,
         };
         let ends = [(from, 0), (last, far)];
+        let is_short = |value: &Value| match value {
+            Value::Constant(value) => (i16::MIN.into()..=u16::MAX.into()).contains(value),
+            Value::Number(Kind::Whole { bits, .. }, _) => *bits <= 16,
+            _ => false,
+        };
+        let may_wrap = !ends.iter().all(|(value, _)| is_short(value));
         let mut found = Vec::new();
         for (value, far) in ends {
             if let Value::Number(Kind::Whole { bits, signed }, _) = value
@@ -374,7 +380,7 @@ impl Lower<'_> {
             _ => "the end of the loop".to_owned(),
         };
         let name = format!("the iterations up to {name}");
-        self.counted_turns([&found[0], &found[1]], (by, range), fewest, &name, line)
+        self.counted_turns([&found[0], &found[1]], may_wrap, (by, range), fewest, &name, line)
     }
 
     /// The type of a loop variable, and its least and largest value. A fault if it is not an integer.
@@ -555,10 +561,12 @@ impl Assembler {
         }
     }
 
-    /// The iteration count between two ends known only at run time, in steps of `by`.
+    /// The iteration count between two ends known only at run time, in steps of `by`. `may_wrap`: whether their
+    /// difference may have more than 31 bits.
     fn counted_turns(
         &mut self,
         ends: [&Number; 2],
+        may_wrap: bool,
         (by, range): (i64, (i64, i64)),
         fewest: u32,
         name: &str,
@@ -569,7 +577,7 @@ impl Assembler {
         let last = number(ends[1]);
         let [high_value, low_value] = [high, low].map(number);
         let difference = Number::Sub(Box::new(high.clone()), Box::new(low.clone()));
-        let apart = self.copied(difference.clone(), 2);
+        let apart = Value::Number(DINT, difference.clone());
         // The iterations after the first one, and the value of the variable in the last one.
         let (more, last) = match by.abs() {
             1 => (difference, last),
@@ -596,16 +604,28 @@ impl Assembler {
             }
         };
         let count = Number::Add(Box::new(more), Box::new(constant(1, 2)));
-        // Counts above the largest one that is modelled are unbounded. A difference of more than 31 bits is negative.
         let words = self.copied(count, 2);
-        let counted = Value::Number(DINT, Number::Words(words.clone()));
         let none = self.holds(Operator::Less, high_value, low_value, line)?;
-        let limit = self.holds(Operator::Greater, counted, Value::Constant(MOST), line)?;
-        let apart = Value::Number(DINT, Number::Words(apart));
-        let wraps = self.holds(Operator::Less, apart, Value::Constant(0), line)?;
+        // Counts above the largest one that is modelled are unbounded. A difference of more than 31 bits is negative.
+        let least = by.checked_abs().and_then(|by| by.checked_mul(MOST));
+        let least = least.filter(|least| i32::try_from(*least).is_ok());
+        let limit = match least {
+            Some(least) => {
+                let least = Value::Constant(least);
+                self.holds(Operator::GreaterOrEqual, apart.clone(), least, line)?
+            }
+            None => Logic::Const(false),
+        };
+        let wraps = match may_wrap {
+            true => self.holds(Operator::Less, apart, Value::Constant(0), line)?,
+            false => Logic::Const(false),
+        };
         let (operator, most) =
             if by > 0 { (Operator::Greater, range.1) } else { (Operator::Less, range.0) };
-        let ever = self.holds(operator, last, Value::Constant(most - by), line)?;
+        // The last value is not beyond the end, of which more may be known.
+        let near = [number(ends[1]), last].map(|value| (value, Value::Constant(most - by)));
+        let [end, last] = near.map(|(value, near)| self.holds(operator, value, near, line));
+        let ever = Logic::All(vec![end?, last?]);
         let endless = Logic::Any(vec![limit, wraps, ever]);
         let beyond = Logic::All(vec![none.clone().not(), endless]);
         self.without_end(beyond);

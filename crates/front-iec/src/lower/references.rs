@@ -481,7 +481,7 @@ impl<'t> Lower<'t> {
         let can = before.as_ref().map(|before| self.candidates(before.ty)).unwrap_or_default();
         let (Some(before), [only]) = (before, &can[..]) else {
             let what = format!(
-                "{} may mean one of several variables, which is not modelled here",
+                "{} may mean one of several variables, or none that is known, which is not modelled here",
                 place.text
             );
             let help = "assign it to a separate variable first, or call it in a statement";

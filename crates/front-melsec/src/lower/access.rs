@@ -155,19 +155,13 @@ impl Lowering<'_> {
             {
                 self.carry.map_or(Logic::Const(false), Logic::cell)
             }
-            Place::At(DeviceType::VolatileBit, 704)
-                if device.name == "SM"
-                    && let Some(cell) = self.block_result =>
-            {
-                self.unchanging_bit(cell)
-            }
             Place::At(DeviceType::VolatileBit, _)
             | Place::BitOf(DeviceType::VolatileWord, ..)
             | Place::Foreign(true) => {
                 self.approximate(format!(
                     "{text} may change at any time: any value is assumed at each read of it"
                 ));
-                match self.switched_outside(&device) {
+                match self.known_in_runs(&device) {
                     // With the default parameters, the CPU stops where this relay is on.
                     Some(on) if matches!(device.place, Place::At(_, 60 | 61)) => {
                         Logic::All(vec![on, self.register_bit(&device)])

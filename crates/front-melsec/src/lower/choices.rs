@@ -334,20 +334,23 @@ impl Lowering<'_> {
         })
     }
 
-    /// The value of a special relay that something outside the program switches, but not twice in a scan: a clock, or
-    /// the state of a battery or network. `None` for other devices.
-    pub(super) fn switched_outside(&mut self, device: &Device) -> Option<Logic> {
+    /// The value of a special relay that is known in real runs: a clock or the state of a battery or network, which
+    /// something outside the program switches, but not twice in a scan; or the result of a block comparison. `None` for
+    /// other devices.
+    pub(super) fn known_in_runs(&mut self, device: &Device) -> Option<Logic> {
         let Place::At(DeviceType::VolatileBit, index) = device.place else { return None };
         let is_switched = match device.name {
             "SM" => (409..=415).contains(&index) || self.modes.switched_outside.contains(&index),
             "M" => (8011..=8014).contains(&index),
             _ => false,
         };
-        is_switched.then(|| self.unchanging_bit(Cell { area: area(device.name), index }))
+        let result = self.block_result.filter(|_| device.name == "SM" && index == 704);
+        let own = is_switched.then(|| Cell { area: area(device.name), index });
+        result.or(own).map(|cell| self.unchanging_bit(cell))
     }
 
     /// The value of a bit cell in a real run; the bound takes any value at each read.
-    pub(super) fn unchanging_bit(&mut self, cell: Cell) -> Logic {
+    fn unchanging_bit(&mut self, cell: Cell) -> Logic {
         let choice = self.choice();
         let source = Source::Bit(BitSource::Cell(cell));
         self.out.program.kinds.insert(choice, ChoiceKind::StableExternal(source));

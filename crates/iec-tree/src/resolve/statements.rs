@@ -3,7 +3,7 @@
 use super::given::{Given, Side, Value};
 use super::paths::{Found, property_here};
 use super::resolver::{Resolver, Scope};
-use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind};
+use crate::tree::{Expr, ExprKind, ForLoop, Place, Selector, Statement, StatementKind, Step};
 use crate::types::{Refers, Type};
 use scanbound_base::code::Code;
 use scanbound_iec::ast::{self, Kind};
@@ -231,6 +231,7 @@ impl Resolver<'_> {
         let what = match found {
             Found::Property(_) => "is a property",
             Found::Place(place) if place.has_open_index() => "has a calculated index",
+            Found::Place(place) if place.steps.contains(&Step::Dereference) => "is a reference",
             Found::Place(_) | Found::Constant(_) => return Ok(()),
         };
         let told = format!("{}, which a chained assignment writes, {what}", show::path(path));

@@ -138,8 +138,11 @@ impl Evaluation<'_> {
             NumberFormat::Unsigned => false,
             NumberFormat::Real(_) => return Condition::default(),
         };
-        let words = [self.number(&compare.left), self.number(&compare.right)];
-        let sides = words.each_ref().map(|words| Integers::read(words, signed));
+        let sides = [&compare.left, &compare.right].map(|number| {
+            let words = self.number(number);
+            let whole = (signed && words.len() == 2).then(|| self.integers(number)).flatten();
+            whole.or_else(|| Integers::read(&words, signed))
+        });
         let [Some(left), Some(right)] = sides else { return Condition::default() };
         let known = |relation| self.facts_of_comparison(compare, relation, &left, &right, signed);
         let (surely, never) =
