@@ -526,6 +526,10 @@ pub(crate) fn logarithms(text: &str) -> Result<(u64, usize), Vec<Code>> {
 
 /// The bound in microseconds where only these rows cost anything, and how many loops nothing known ends.
 pub(crate) fn costing(rows: &str, text: &str) -> Result<(u64, usize), Vec<Code>> {
+    costing_by(Trust::Counts, rows, text)
+}
+
+pub(crate) fn costing_by(trust: Trust, rows: &str, text: &str) -> Result<(u64, usize), Vec<Code>> {
     let mut table = "instruction,on_us,off_us\n".to_owned();
     for class in CLASSES {
         table += &format!("@{class},0,0\n");
@@ -534,8 +538,12 @@ pub(crate) fn costing(rows: &str, text: &str) -> Result<(u64, usize), Vec<Code>>
     let table = Table::parse("t.csv", table.as_bytes()).unwrap_or_else(|_| panic!("{rows}")).table;
     let inputs = [Input { name: "main.st".into(), bytes: text.as_bytes().to_vec() }];
     let facts = Facts::default();
-    let request =
-        Request { table: Some(&table), dialect: Some("iec-text"), ..Request::new(&inputs, &facts) };
+    let request = Request {
+        table: Some(&table),
+        trust,
+        dialect: Some("iec-text"),
+        ..Request::new(&inputs, &facts)
+    };
     match audit(&request) {
         Ok(found) => Ok((micros(&found), found.unbounded.len())),
         Err(Failure::Input(faults)) => Err(faults.iter().map(|fault| fault.code).collect()),

@@ -1,9 +1,10 @@
 //! How often loops of IEC 61131-3 programs are repeated at most.
 
-use crate::iec_exact::{audited, costing, logarithms, micros};
+use crate::iec_exact::{audited, costing, costing_by, logarithms, micros};
 use scanbound::audit::verdict::{Check, Margin, Verdict};
 use scanbound::base::code::Code;
 use scanbound::base::time::Picos;
+use scanbound::passes::values::Trust;
 
 #[test]
 fn loops_that_end_at_one_value_have_a_count() {
@@ -118,4 +119,62 @@ fn what_leads_to_the_end_of_a_loop_is_paid_for_at_each_turn() {
     };
     assert_eq!(of("n * m"), (11, 0));
     assert_eq!(of("3 * 4"), (0, 0));
+}
+
+#[test]
+fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
+    let unit = |called: &str, body: &str| {
+        format!(
+            "TYPE Recipe : STRUCT n : INT; en : BOOL; END_STRUCT; END_TYPE
+             FUNCTION_BLOCK Run VAR_INPUT b : BOOL; END_VAR VAR_IN_OUT c : INT; END_VAR
+             VAR i : INT; x : REAL; END_VAR {called} END_FUNCTION_BLOCK
+             PROGRAM main VAR_INPUT b : BOOL; END_VAR
+             VAR n, i : INT; d : DINT; w : WORD; x : REAL; f : Run; r : Recipe; END_VAR
+             {body} END_PROGRAM"
+        )
+    };
+    let turns = |called: &str, body: &str| {
+        let text = unit(called, body);
+        let found = costing("LN,1,1\n", &text).unwrap_or_else(|codes| panic!("{text} {codes:?}"));
+        (found.1 == 0).then_some(found.0)
+    };
+    let counts = "FOR i := 1 TO c DO x := LN(x); END_FOR";
+    for called in [counts, &format!("IF b THEN c := 3; END_IF {counts}")] {
+        for body in ["f(b := b, c := n);", "f(b := b, c := r.n);"] {
+            assert_eq!(turns(called, body), None, "{called} {body}");
+        }
+    }
+    assert_eq!(turns(&format!("c := 3; {counts}"), "f(c := n);"), Some(3));
+    assert_eq!(turns("c := 3;", "FOR i := 1 TO n DO x := LN(x); END_FOR f(c := n);"), Some(3));
+    let limited = ["LIMIT(1, n, 20)", "MIN(n, 20)"];
+    for value in limited {
+        let body = format!("n := {value}; FOR i := 1 TO n DO x := LN(x); END_FOR");
+        assert_eq!(turns("", &body), Some(20), "{value}");
+    }
+    // What is only cleared, and words of which only bits are written.
+    let loop_to_n = "FOR i := 1 TO n DO x := LN(x); END_FOR";
+    assert_eq!(turns("", &format!("{loop_to_n} n := 0;")), None);
+    assert_eq!(turns("", &format!("{loop_to_n} n := 3; n := 0;")), Some(0));
+    let bits = format!("w.8 := b; n := WORD_TO_INT(w AND 16#000F); {loop_to_n}");
+    assert_eq!(turns("", &bits), Some(15));
+    let mask = format!("w := w OR 16#0100; n := WORD_TO_INT(w AND 16#000F); {loop_to_n}");
+    assert_eq!(turns("", &mask), Some(15));
+    // With all trusted that the program writes, too.
+    let all = |body: &str| costing_by(Trust::All, "LN,1,1\n", &unit("", body));
+    let compared = "IF n = 5 THEN x := LN(x); END_IF";
+    for body in ["n := 0;", "n := MAX(n - 1, 0);", "n := LIMIT(0, n, 20);", "n := LIMIT(1, n, 20);"]
+    {
+        assert_eq!(all(&format!("{compared} {body}")), Ok((1, 0)), "{body}");
+    }
+    assert_eq!(all(&format!("{compared} n := (n + 1) MOD 4;")), Ok((0, 0)));
+    let bits = "IF (w AND 16#00FF) = 16#0080 THEN x := LN(x); END_IF w.15 := FALSE; w.14 := b;";
+    assert_eq!(all(bits), Ok((1, 0)));
+    let long = "IF d = 70000 THEN x := LN(x); END_IF d := 5;";
+    assert_eq!(all(long), Ok((0, 0)));
+    let compared = unit("IF c = 2 AND b THEN x := LN(x); END_IF", "f(b := b, c := n);");
+    assert_eq!(costing_by(Trust::All, "LN,1,1\n", &compared), Ok((1, 0)));
+    let cleared = unit("IF c = 2 THEN c := 0; x := LN(x); END_IF", "f(c := n);");
+    assert_eq!(costing_by(Trust::All, "LN,1,1\n", &cleared), Ok((1, 0)));
+    let kept = unit("IF c = 2 THEN x := LN(x); END_IF c := 1;", "f(c := n);");
+    assert_eq!(costing_by(Trust::All, "LN,1,1\n", &kept), Ok((0, 0)));
 }

@@ -128,7 +128,7 @@ fn a_retained_argument_keeps_what_a_call_wrote_that_was_cut_off() {
         ] {
             let text = block(&format!(
                 "VAR {kept} n : {ty}; END_VAR VAR w : Writes; v : Passes; u : Parts; k : INT; probe : REAL; END_VAR \
-                 {call} IF n{part} = -5 THEN probe := LN(probe); END_IF"
+                 {call} IF n{part} = -5 THEN probe := LN(probe); END_IF n{part} := 1;"
             ));
             assert_eq!(bound(&text), bound_in_us, "{kept} {call}");
         }

@@ -4,14 +4,16 @@ use super::unknown::{INDEX, Unknown, UnknownKind, key};
 use scanbound_front::MachineOptions;
 use scanbound_ir::{Cell, ChoiceId, Program, WordSource, WordTarget, Write};
 use scanbound_model::{Group, Origin, ScanModel, UnknownWrite};
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The largest number of places that a report names.
 const MAX_PLACES: usize = 20;
 
-/// The unknown targets of writes on which the bound depends, in the order of the scan. A target is left out if it
-/// depends on values that other writes with unknown targets may have written: it may be known once their targets are.
+/// The unknown targets of writes on which the bound depends, those with the most possible indices first. A target is
+/// left out if it depends on values that other writes with unknown targets may have written: it may be known once their
+/// targets are.
 /// `machine` says whether the CPU has parameters for indices and indirect addresses.
 pub(super) fn all(
     program: &Program,
@@ -51,7 +53,9 @@ pub(super) fn all(
     }
     let mut known = BTreeSet::new();
     let indices = first.iter().filter(|far| far.has_index && !is_open(far));
-    for far in indices.take(MAX_PLACES) {
+    let mut indices: Vec<&&UnknownWrite> = indices.collect();
+    indices.sort_by_key(|far| Reverse(far.most_values));
+    for far in indices.into_iter().take(MAX_PLACES) {
         let place = place(far);
         let key = key(program, place.0);
         // An instruction may write to two such targets.

@@ -328,6 +328,9 @@ pub struct Chart {
     /// The steps in the order in which Beremiz and OpenPLC write a drawn chart as text. Empty if it was written as text
     /// or has macro steps, which these tools do not know.
     pub generated: Vec<usize>,
+    /// The variables of the unit that the tool declares as this chart's flags `SFCInit` and `SFCReset`, where the
+    /// program declares none.
+    pub restart_flags: [Option<String>; 2],
 }
 
 #[cfg(test)]

@@ -60,6 +60,8 @@ pub struct UnknownWrite {
     /// Whether, in at least one of the first executions, the index depends on no other unknown write, as far as
     /// examined.
     pub is_independent: bool,
+    /// The largest number of values that the index may have in such an execution.
+    pub most_values: i64,
     /// Cells whose values at the start of the scan may be the index, or part of it, as far as examined.
     pub start_cells: BTreeSet<Cell>,
     /// The choices of other unknown writes from which the index may come, as far as examined.

@@ -116,8 +116,12 @@ impl Implications {
         word: Word,
         known: &mut FxHashMap<Word, Word>,
     ) -> Word {
-        let word = self.word_within(circuit, words, word);
-        self.simplify(circuit, words, word, known, &mut { MAX_REMOVED }).0
+        let outer = self.word_within(circuit, words, word);
+        let (short, _) = self.simplify(circuit, words, outer, known, &mut { MAX_REMOVED });
+        // The same word must always be simplified to the same one, however much of it is examined: what a comparison
+        // says of the simplified word is found again only by this word.
+        known.extend([(outer, short), (short, short)]);
+        short
     }
 
     /// The simplified word, and whether all of its if-then-else branches were examined; `left` is how many still may

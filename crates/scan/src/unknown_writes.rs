@@ -22,14 +22,15 @@ impl Run<'_> {
     pub(super) fn note_unknown_write(&mut self, choice: ChoiceId, region: Region, at: usize) {
         let program = self.program;
         let indexed = program.indexed.get(&choice).filter(|indexed| indexed.is_unknown_in(region));
-        let index = match indexed {
-            Some(indexed) if indexed.stated.is_some() || !self.has_unknown_target(indexed, at) => {
-                return;
-            }
-            Some(indexed) => indexed.indices.concat(),
-            None if region == Region::Everything => Vec::new(),
+        let (index, values) = match indexed {
+            Some(indexed) if indexed.stated.is_some() => return,
+            Some(indexed) => (indexed.indices.concat(), self.index_values(indexed, at)),
+            None if region == Region::Everything => (Vec::new(), i64::MAX),
             None => return,
         };
+        if values < WIDE {
+            return;
+        }
         let before = self.memory.model.unknown_writes.iter().position(|far| far.choice == choice);
         let place = before.unwrap_or(self.memory.model.unknown_writes.len());
         if before.is_none() {
@@ -39,6 +40,7 @@ impl Run<'_> {
                 has_index: indexed.is_some(),
                 executions: 0,
                 is_independent: false,
+                most_values: 0,
                 start_cells: BTreeSet::new(),
                 depends_on: BTreeSet::new(),
             });
@@ -51,19 +53,22 @@ impl Run<'_> {
         let index: Vec<Word> = index.iter().map(|&word| self.word(word, at)).collect();
         let (starts, follows) = self.dependencies(&index, choice);
         let far = &mut self.memory.model.unknown_writes[place];
-        far.is_independent |= follows.is_empty();
+        if follows.is_empty() {
+            far.is_independent = true;
+            far.most_values = far.most_values.max(values);
+        }
         far.start_cells.extend(starts);
         far.depends_on.extend(follows);
     }
 
-    /// Whether the index of a write has so many possible values that its target counts as unknown.
-    fn has_unknown_target(&mut self, indexed: &IndexedWrite, at: usize) -> bool {
-        let mut ends: Vec<(i64, i64)> = Vec::new();
+    /// The number of values that the index of a write may have; `i64::MAX` if it is unknown.
+    fn index_values(&mut self, indexed: &IndexedWrite, at: usize) -> i64 {
+        let mut all = 0;
         for reading in &indexed.indices {
-            let Some(index) = self.may_hold(reading, at) else { return true };
-            ends.extend(signed_ranges(&index));
+            let Some(index) = self.may_hold(reading, at) else { return i64::MAX };
+            all += signed_ranges(&index).iter().map(|(low, high)| high - low + 1).sum::<i64>();
         }
-        ends.iter().map(|(low, high)| high - low).sum::<i64>() >= WIDE
+        all
     }
 
     /// The cells on whose start values these words may depend, and the other unknown writes from which their values may

@@ -421,11 +421,42 @@ fn flags_that_control_a_chart_are_followed_or_refused() {
     for flag in ["SFCInit", "SFCReset"] {
         assert_eq!(refusal(&with(flag, "N")), "accepted");
         for qualifier in ["S", "SD, T#1s", "DS, T#1s", "SL, T#1s"] {
-            let told = refusal(&with(flag, qualifier));
-            assert!(told.contains("restart the chart while action A0 is stored"), "{told}");
+            assert_eq!(refusal(&with(flag, qualifier)), "accepted");
         }
     }
     assert_eq!(refusal(&with("other", "S")), "accepted");
+}
+
+#[test]
+fn actions_may_stay_stored_where_a_chart_restarts() {
+    let stored = |qualifier: &str, flag: &str, facts: &str, trust| {
+        let chart = format!(
+            "VAR {flag} : BOOL; END_VAR
+             INITIAL_STEP S0: A1(N); END_STEP
+             STEP S1: A0({qualifier}); END_STEP
+             STEP S2: A0(R); END_STEP
+             TRANSITION FROM S0 TO S1 := a; END_TRANSITION
+             TRANSITION FROM S1 TO S2 := b; END_TRANSITION
+             TRANSITION FROM S2 TO S0 := a; END_TRANSITION
+             ACTION A0: C0(); END_ACTION
+             ACTION A1: C1(); END_ACTION"
+        );
+        let facts = format!("[controller]\n\"actions have no final scan\" = true\n{facts}");
+        bounds(&chart, &facts, trust)
+    };
+    let stay = "\"SFCInit and SFCReset leave stored actions stored\" = ";
+    for qualifier in ["S", "SD, T#1s", "DS, T#1s", "SL, T#1s"] {
+        for trust in TRUSTS {
+            let (ends, _) = stored(qualifier, "SFCReset", &format!("{stay}false\n"), trust);
+            let (stays, _) = stored(qualifier, "SFCReset", &format!("{stay}true\n"), trust);
+            // A1 of the initial step beside A0, which S1 has stored.
+            assert!(ends < 31 && stays >= 31, "{qualifier} {trust:?} {ends} {stays}");
+            for flag in ["SFCInit", "SFCReset"] {
+                let (either, lower) = stored(qualifier, flag, "", trust);
+                assert!(either >= stays && lower <= ends, "{qualifier} {flag} {either} {lower}");
+            }
+        }
+    }
 }
 
 #[test]

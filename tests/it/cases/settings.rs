@@ -25,6 +25,11 @@ fn settings_that_change_what_is_executed_are_read_or_refused() {
     };
     refused("flag-used.xml", &flag("true"), "the settings of the chart use the flag SFCPause");
     assert_eq!(checked("flag-unused.xml", &flag("false")).code, Some(0));
+    // The tool declares these, so the chart may restart.
+    for restart in ["Init", "Reset"] {
+        let used = flag("true").replace("<Pause", &format!("<{restart}"));
+        assert_eq!(checked("flag-restart.xml", &used).code, Some(0));
+    }
     let analysis = flag("true").replace("<Pause Declare=\"true\"", "<SFCErrorAnalyzation");
     refused("flag-analysis.xml", &analysis, "the flag SFCErrorAnalyzation");
     // A retained variable may start with any value that a scan left in it: here, a value within a scan.

@@ -149,7 +149,7 @@ fn runs_begin_with_the_values_that_are_declared() {
     for (declared, same, never) in [
         ("v : s;", "v.a := 2;", "v.a <> 2"),
         ("v : s := (a := 7);", "v.a := 7;", "v.a <> 7"),
-        ("v : s;", "v.b := off;", "v.b = on"),
+        ("v : s := (b := on);", "v.b := on;", "v.b = last"),
         ("v : n;", "v := 4;", "v <> 4"),
         ("v : INT(0..9) := 3;", "v := 3;", "v <> 3"),
         ("v : e := last;", "v := last;", "v <> last"),
@@ -357,7 +357,7 @@ fn a_word_that_is_compared_for_a_bit_starts_with_what_every_scan_leaves_in_it() 
     for body in [
         "n := n + 6; b := n > 10; IF b THEN Op4(); END_IF; n := 0;",
         "n := n + 6; i := SEL(n > 10, 0, 1); IF i = 1 THEN Op4(); END_IF; n := 0;",
-        "b := SEL(n > 5, FALSE, TRUE); IF b THEN Op4(); END_IF; n := 0;",
+        "n := n + 6; b := SEL(n > 10, FALSE, TRUE); IF b THEN Op4(); END_IF; n := 0;",
         "r := r + 6.0; b := r > 10.0; IF b THEN Op4(); END_IF; r := 1.5;",
         "\nLD n\nADD 6\nST n\nGT 10\nJMPCN e\nCAL Op4()\ne:\nLD 0\nST n\n",
     ] {

@@ -31,6 +31,11 @@ impl Assembler {
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
     }
 
+    /// Whether the user states that the controller does not deviate so.
+    pub(crate) fn never_differs(&self, what: &'static str) -> bool {
+        matches!(self.stated_readings.get(what), Some((_, false)))
+    }
+
     /// Copies `value` to a bit that [`Assembler::settle`] may later replace by a constant, where it finds that the
     /// question makes no difference. Also returns the instruction that writes the bit.
     pub(crate) fn unless_settled(&mut self, value: Logic) -> (Logic, usize) {

@@ -27,8 +27,14 @@ fn never(parts: impl IntoIterator<Item = Logic>) -> Logic {
 }
 
 /// The invariants of a chart. `always_acts`: whether every scan that executes the chart also executes the control of
-/// its actions, after the transitions. `net`: how its steps follow each other on every controller on which it may run.
-pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -> Vec<Logic> {
+/// its actions, after the transitions. `may_restart`: whether the chart may begin again while actions stay stored.
+/// `net`: how its steps follow each other on every controller on which it may run.
+pub(crate) fn of(
+    chart: &Chart,
+    memory: &Memory,
+    (always_acts, may_restart): (bool, bool),
+    net: &Net,
+) -> Vec<Logic> {
     let mut found = Vec::new();
     let idle = || on(memory.started).not();
     // Before the chart begins, its state is clear.
@@ -54,7 +60,7 @@ pub(crate) fn of(chart: &Chart, memory: &Memory, always_acts: bool, net: &Net) -
         let is_stored =
             |action: &ActionMemory| action.feeds.iter().any(|feed| feed.qualifier.is_stored());
         for (name, action) in chart.actions().iter().zip(&memory.actions) {
-            if !is_stored(action) {
+            if !is_stored(action) || may_restart {
                 continue;
             }
             for step in apart_while_stored(chart, net, name, budget) {

@@ -147,6 +147,19 @@ impl ActionMemory {
         self.feeds.iter().any(|feed| feed.qualifier == Qualifier::R)
     }
 
+    /// True where the action is stored, and what stores it has it on.
+    pub(crate) fn is_on_by_store(&self) -> Logic {
+        let inputs = self.feeds.iter().zip(&self.inputs).map(|(feed, input)| {
+            let [stored, over] = [input.stored, input.over].map(Logic::cell);
+            match feed.qualifier {
+                Qualifier::Sd => over,
+                Qualifier::Sl => all([stored, over.not()]),
+                _ => stored,
+            }
+        });
+        any([Logic::cell(self.stored)].into_iter().chain(inputs))
+    }
+
     /// True where a step that drives this action with the given qualifier is active.
     pub(crate) fn active(&self, memory: &Memory, qualifier: Qualifier) -> Logic {
         let own = self.feeds.iter().filter(|feed| feed.qualifier == qualifier);

@@ -14,7 +14,7 @@ use scanbound_base::code::Code as FaultCode;
 use scanbound_base::facts::ActionOrder;
 use scanbound_front::builder::always;
 use scanbound_iec::PouKind;
-use scanbound_iec::chart::{Chart as Written, Feed, Qualifier, Transition};
+use scanbound_iec::chart::{Chart as Written, Qualifier, Transition};
 use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::{Action, ActionBody, Chart, Hooks, StepFlag};
@@ -35,6 +35,9 @@ const RUNS_EARLY: &str = "the times of initial steps run before their chart is f
 /// Text of a reading: what a restart of a chart does (CODESYS, TwinCAT).
 const RESTART_ENDS: &str =
     "SFCInit and SFCReset execute exit actions and the final scans of actions";
+
+/// Text of a reading: what a restart of a chart leaves as it is (CODESYS, TwinCAT).
+const RESTART_KEEPS: &str = "SFCInit and SFCReset leave stored actions stored";
 
 /// Text of a reading: in matiec, conditions see what transitions with priorities before them have cleared.
 const CLEARS_AT_ONCE: &str = "a transition with a priority clears its step flags at once";
@@ -66,10 +69,13 @@ impl<'t> Lower<'t> {
         let invariants = match self.is_retained(instance) {
             true => Vec::new(),
             false => {
-                let options = &self.options.charts;
                 let always_acts = own.halt.is_none();
+                let restarts = own.halt.is_some() || own.restart.is_some();
+                let may_restart =
+                    restarts && stores_actions(chart) && !self.never_differs(RESTART_KEEPS);
+                let options = &self.options.charts;
                 let net = options.competing.net(chart);
-                let mut found = invariant::of(chart, &memory, always_acts, &net);
+                let mut found = invariant::of(chart, &memory, (always_acts, may_restart), &net);
                 if options.actions_first {
                     let all_clear = options.competing.may_all_clear();
                     found.extend(invariant::of_transitions(chart, &memory, all_clear));
@@ -195,7 +201,12 @@ impl<'t> Lower<'t> {
         let may_be_matiec = !actions_first
             && matches!(self.options.charts.action_order, None | Some(ActionOrder::Declared));
         self.begin_chart(&own, &begins, &first, may_be_matiec);
-        let stop = halt.map(|halt| self.jump(halt, None));
+        // It is not documented whether stored actions are executed while SFCInit is TRUE.
+        let goes_on = match halt.is_some() && stores_actions(written) {
+            true => self.left_open(),
+            false => Logic::Const(false),
+        };
+        let stop = halt.map(|halt| self.jump(all([halt, goes_on.not()]), None));
         if actions_first {
             self.act(&own, &first, may_be_matiec);
         }
@@ -230,18 +241,30 @@ impl<'t> Lower<'t> {
             resets.push(set(*cell, Logic::Const(step.initial)));
         }
         resets.extend(memory.clears.iter().map(|&cell| set(cell, Logic::Const(false))));
-        // It is not documented whether a restart executes what the end of a step does.
+        // It is not documented whether a restart executes what the end of a step does, and whether stored actions stay
+        // stored.
         let restarts = own.chart.halt.is_some() || own.chart.restart.is_some();
-        let ends = match restarts {
-            true => all([first.clone().not(), self.differs(RESTART_ENDS)]),
+        let mut unless_first = |may_differ: bool, reading| match may_differ {
+            true => all([first.clone().not(), self.differs(reading)]),
             false => Logic::Const(false),
         };
-        let ends = |cell: Cell| set(cell, all([Logic::cell(cell), ends.clone()]));
+        let ends = unless_first(restarts, RESTART_ENDS);
+        let keeps = unless_first(restarts && stores_actions(own.written), RESTART_KEEPS);
+        let kept = |cell: Cell, where_: &Logic| set(cell, all([Logic::cell(cell), where_.clone()]));
         for action in &memory.actions {
-            let inputs = action.inputs.iter();
-            let over = inputs.clone().flat_map(|input| [input.stored, input.over]);
-            let cells = over.chain([action.stored]).map(|cell| set(cell, Logic::Const(false)));
-            resets.extend(cells.chain(inputs.map(|input| input.was).chain([action.on]).map(ends)));
+            let goes_on = all([keeps.clone(), action.is_on_by_store()]);
+            resets.push(kept(action.on, &any([ends.clone(), goes_on])));
+            resets.push(kept(action.stored, &keeps));
+            for (feed, input) in action.feeds.iter().zip(&action.inputs) {
+                let has = |kinds: &[Qualifier]| kinds.contains(&feed.qualifier);
+                let where_ =
+                    |is_kept: bool| if is_kept { keeps.clone() } else { Logic::Const(false) };
+                let is_stored = where_(has(&[Qualifier::Sd, Qualifier::Ds, Qualifier::Sl]));
+                // What is over of DS is the time of its step.
+                let is_over = where_(has(&[Qualifier::Sd, Qualifier::Sl]));
+                resets.extend([kept(input.stored, &is_stored), kept(input.over, &is_over)]);
+                resets.push(kept(input.was, &ends));
+            }
         }
         let entered = match may_be_matiec {
             true => self.differs(NOT_ENTERED),
@@ -249,7 +272,7 @@ impl<'t> Lower<'t> {
         };
         let entered = all([first.clone(), entered]);
         for (&cell, step) in memory.were.iter().zip(&own.written.steps) {
-            resets.push(if step.initial { set(cell, entered.clone()) } else { ends(cell) });
+            resets.push(if step.initial { set(cell, entered.clone()) } else { kept(cell, &ends) });
         }
         // A pulse occurs only where a step is entered or left.
         for action in &memory.actions {
@@ -587,8 +610,7 @@ fn entered_again(chart: &Written) -> Vec<usize> {
 }
 
 /// Refuses a chart in a function or method, which keep no steps from call to call; a chart that declares a flag of
-/// CODESYS that is not followed; one that may restart while actions are stored, because it is not documented whether
-/// these stay stored; and one with a transition from a step with an entry or exit action back to that step.
+/// CODESYS that is not followed; and one with a transition from a step with an entry or exit action back to that step.
 fn refuse_unsupported(chart: &Chart, written: &Written, keeps_steps: bool) -> Result<(), Fault> {
     let returns = |step: usize| {
         written.transitions.iter().find(|one| one.from.contains(&step) && one.to.contains(&step))
@@ -616,22 +638,14 @@ fn refuse_unsupported(chart: &Chart, written: &Written, keeps_steps: bool) -> Re
         let help = format!("remove {name}; if it is a variable of your own, give it another name");
         return Err(Fault::new(written.line, message).code(FaultCode::NotModelled).help(help));
     }
-    let restarts = chart.halt.is_some() || chart.restart.is_some();
-    let stores = |feed: &Feed| {
-        matches!(feed.qualifier, Qualifier::S | Qualifier::Sd | Qualifier::Ds | Qualifier::Sl)
-    };
+    Ok(())
+}
+
+/// Whether a chart stores actions: with the qualifiers S, SD, DS and SL.
+fn stores_actions(written: &Written) -> bool {
     let names = written.actions();
-    let stored = names.iter().find(|name| written.inputs_of(name).iter().any(stores));
-    match stored.filter(|_| restarts) {
-        Some(name) => {
-            let message = format!(
-                "SFCInit or SFCReset may restart the chart while action {name} is stored; whether it stays stored is not known"
-            );
-            let help = "use the qualifier N instead of S, SD, DS or SL, or remove the flag";
-            Err(Fault::new(written.line, message).code(FaultCode::NotModelled).help(help))
-        }
-        None => Ok(()),
-    }
+    let mut feeds = names.iter().flat_map(|name| written.inputs_of(name));
+    feeds.any(|feed| feed.qualifier.is_stored())
 }
 
 /// Whether a condition asks for the flag of a step, or may do so in what it calls.

@@ -66,9 +66,8 @@ impl Lower<'_> {
         };
         let shown = &variable.text;
         if self.may_write(at, body, variable) {
-            let message = format!("the loop writes to its own variable {shown}");
-            let help =
-                "use EXIT to leave a loop, and a variable that no code called in the loop writes";
+            let message = format!("the loop may write to its own variable {shown}");
+            let help = "use EXIT to leave a loop, a variable that no code called in the loop writes, and arrays of up to 64 instances";
             return Err(Fault::new(line, message).code(FaultCode::LoopCount).help(help));
         }
         if self.names(at, to, variable) {

@@ -81,14 +81,15 @@ impl Resolver<'_> {
         let actions = names.iter().map(|name| self.action(scope, pou, chart, name)).collect();
         let [halt, restart, others @ ..] = written::CONTROL_FLAGS;
         let mut others = others.into_iter().chain(written::STATE_FLAGS);
+        let own_flag = |at: usize| self.flag(unit, chart.restart_flags[at].as_deref()?);
         Chart {
             written: chart.clone(),
             steps,
             conditions,
             actions,
             orders: orders(chart, pou),
-            halt: self.flag(unit, halt),
-            restart: self.flag(unit, restart),
+            halt: self.flag(unit, halt).or_else(|| own_flag(0)),
+            restart: self.flag(unit, restart).or_else(|| own_flag(1)),
             other_flag: others
                 .find(|name| self.flag(unit, name).is_some())
                 .or_else(|| self.global_flag(scope, unit)),

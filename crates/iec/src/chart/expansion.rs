@@ -105,7 +105,8 @@ impl Draft {
                 return Err(fault(one.line, message, "give each of them a priority, or none"));
             }
         }
-        Ok(Chart { steps, transitions: placed, macros, line, span: None, generated })
+        let restart_flags = Default::default();
+        Ok(Chart { steps, transitions: placed, macros, line, span: None, generated, restart_flags })
     }
 }
 

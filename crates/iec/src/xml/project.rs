@@ -288,7 +288,8 @@ impl<'t> Reader<'t> {
             let mut reading = Reading::new(text, pou, &name);
             let found = child(one, "body").map(|inner| body(&mut reading, inner));
             self.faults.append(&mut reading.faults);
-            let body = found.unwrap_or_else(Body::empty);
+            let mut body = found.unwrap_or_else(Body::empty);
+            declare_flags(text, one, &mut body, &mut pou.variables);
             pou.actions.push(Named { name, body, line: text.line(one) });
         }
         if let Some(one) = child(node, "body") {
@@ -297,6 +298,7 @@ impl<'t> Reader<'t> {
             let found = body(&mut reading, one);
             self.faults.append(&mut reading.faults);
             pou.body = found;
+            declare_flags(text, node, &mut pou.body, &mut pou.variables);
         }
         if let Err(fault) = store_computed(pou) {
             self.faults.push(fault.within(&pou.name));
@@ -393,23 +395,48 @@ fn resource(node: Node<'_, '_>) -> String {
     names.join(" ")
 }
 
+/// The flags that the settings of a chart use and that the tool declares itself, so that they are not among the
+/// variables, or for which it executes code.
+fn own_flags<'a>(settings: Node<'a, 'a>) -> impl Iterator<Item = String> + 'a {
+    settings.descendants().filter_map(|one| {
+        let name = one.tag_name().name();
+        let name = format!("SFC{}", name.strip_prefix("SFC").unwrap_or(name));
+        let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
+        let is_declared = CONTROL_FLAGS.contains(&&*name) && is_set("Declare");
+        (is_set("Use") && (is_declared || name.contains("Analyzation"))).then_some(name)
+    })
+}
+
+/// Declares the variables for the flags that the tool declares for the chart of a unit or action (`node`). Each chart
+/// has its own: whether tools declare one for several charts is not known.
+fn declare_flags(text: &Text, node: Node<'_, '_>, body: &mut Body, variables: &mut Vec<Variable>) {
+    let Body::Chart(chart) = body else { return };
+    let settings = added(node).filter(|one| one.tag_name().name() == "SFCSettings");
+    let used: Vec<String> = settings.flat_map(own_flags).collect();
+    let owner = node.attribute("name").unwrap_or_default();
+    for (place, flag) in CONTROL_FLAGS[..2].iter().enumerate() {
+        if used.iter().any(|used| used == flag) {
+            let name = format!("{flag} of {owner}");
+            let of = TypeRef::Named("BOOL".to_owned());
+            let line = text.line(node);
+            variables.push(Variable::new(name.clone(), Section::Local, of, line));
+            chart.restart_flags[place] = Some(name);
+        }
+    }
+}
+
 /// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there
 /// is none.
 fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
     let is_true = |one: &Node<'_, '_>| {
         one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
     };
-    // Flags that the tool declares itself, so that they are not among the variables, or for which it executes code.
-    let flag = |one: Node<'_, '_>| {
-        let name = one.tag_name().name();
-        let name = format!("SFC{}", name.strip_prefix("SFC").unwrap_or(name));
-        let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
-        let is_declared = CONTROL_FLAGS.contains(&&*name) && is_set("Declare");
-        (is_set("Use") && (is_declared || name.contains("Analyzation"))).then_some(name)
-    };
     let what = match node.tag_name().name() {
         "SFCSettings" => {
-            let flag = node.descendants().find_map(flag)?;
+            let owner = node.ancestors().nth(3).map_or("", |one| one.tag_name().name());
+            let has_chart = ["pou", "action"].contains(&owner);
+            let restarts = |flag: &String| has_chart && CONTROL_FLAGS[..2].contains(&&**flag);
+            let flag = own_flags(node).find(|flag| !restarts(flag))?;
             format!("the settings of the chart use the flag {flag}")
         }
         "BuildProperties" => {

@@ -334,7 +334,7 @@ impl Evaluation<'_> {
 
 /// The word of which a number of two words is the sign extension, `(word ^ 0x8000) - 0x8000`; `None` for any other
 /// number.
-fn sign_extended(number: &Number) -> Option<WordSource> {
+pub fn sign_extended(number: &Number) -> Option<WordSource> {
     const SIGN: [WordSource; 2] = [WordSource::Const(0x8000), WordSource::Const(0)];
     let Number::Sub(flipped, sign) = number else { return None };
     let (Number::Xor(own, by), Number::Words(sign)) = (&**flipped, &**sign) else { return None };

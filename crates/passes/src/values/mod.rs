@@ -162,8 +162,8 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let (alone, others): (Vec<usize>, Vec<usize>) =
         ours.into_iter().partition(|&slot| trust.trusts_exclusive_cell(program, cell(slot)));
     let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
-    let others = others.into_iter().filter(|&slot| end.is_written(slot) && counts(&slot));
-    let alone_always = alone.iter().copied().filter(|&slot| end.is_written(slot));
+    let others = others.into_iter().filter(|&slot| end.has_new_value(slot) && counts(&slot));
+    let alone_always = alone.iter().copied().filter(|&slot| end.has_new_value(slot));
     let always: Vec<usize> = alone_always.chain(others.clone()).collect();
     let all: Vec<usize> = alone.iter().copied().chain(others).collect();
     let search =

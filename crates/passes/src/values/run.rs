@@ -101,6 +101,7 @@ impl Activation {
 struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
+    given: BTreeSet<usize>,
     lost: FxHashSet<(usize, usize)>,
     pending_jumps: BTreeMap<usize, PendingJump>,
     /// The states at which the routine returned, the main routine ended, the scan was stopped, and the loop was left.
@@ -127,6 +128,9 @@ pub struct Run<'p> {
     endless: BTreeSet<usize>,
     /// For each slot, all values written to its word during the scan; `None` if it was not written.
     pub written: Vec<Option<Value>>,
+    /// The words, by slot, to which the scan gives values: not only zeros, and not only what they held when it started,
+    /// limited or with some bits changed.
+    pub given: BTreeSet<usize>,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
@@ -161,6 +165,7 @@ impl<'p> Run<'p> {
             found: CountLimits::default(),
             endless: BTreeSet::new(),
             written: vec![None; followed.words.cells().len()],
+            given: BTreeSet::new(),
             lost: FxHashSet::default(),
             stamp: Shared::new(0),
             work: 0,
@@ -402,6 +407,7 @@ impl<'p> Run<'p> {
                 for (slot, value) in before.into_iter().rev() {
                     state.restrict(slot, value);
                 }
+                self.note_given(&writes);
                 for to in writes {
                     self.stamp.set(self.stamp.get() + 1);
                     let stamp = self.stamp.get();
@@ -409,15 +415,15 @@ impl<'p> Run<'p> {
                         To::Bit(bit, truth) => {
                             state.write_bit(bit, truth.filter(|_| guard.surely), stamp);
                         }
-                        To::Word { slot, value } => {
+                        To::Word { slot, value, kept } => {
                             let unwritten =
                                 (!guard.surely).then(|| state.value_unless(slot, guard));
                             match unwritten.flatten() {
-                                None => state.write(slot, value, stamp),
+                                None => state.write(slot, value, kept, stamp),
                                 Some(unwritten) => {
                                     let perhaps =
                                         ConditionalWrite { when: guard.conjunction(), value };
-                                    state.write_perhaps(slot, perhaps, unwritten, stamp);
+                                    state.write_perhaps(slot, perhaps, unwritten, &kept, stamp);
                                 }
                             }
                             let all = &mut self.written[slot];
@@ -426,6 +432,7 @@ impl<'p> Run<'p> {
                         To::Words(slots) => {
                             state.forget(slots.clone(), stamp);
                             if self.lost.insert((slots.start, slots.end)) {
+                                self.given.extend(slots.clone());
                                 self.written[slots].fill(Some(Value::TOP));
                             }
                         }
@@ -437,6 +444,21 @@ impl<'p> Run<'p> {
                     state.restrict(slot, value);
                 }
             }
+        }
+    }
+
+    /// Records the words to which an effect gives a value: not only zeros, and not only what they held when the scan
+    /// started, limited or with some bits changed. Words that are written together are one number.
+    fn note_given(&mut self, writes: &[To]) {
+        let given = writes.iter().filter_map(|to| match to {
+            To::Word { slot, value, kept } if !kept.is_value_of(*slot) => {
+                Some((*slot, *value != Value::constant(0)))
+            }
+            _ => None,
+        });
+        let given: Vec<(usize, bool)> = given.collect();
+        if given.iter().any(|(_, is_set)| *is_set) {
+            self.given.extend(given.into_iter().map(|(slot, _)| slot));
         }
     }
 
@@ -685,6 +707,7 @@ impl<'p> Run<'p> {
         Snapshot {
             found: self.found.clone(),
             written: self.written.clone(),
+            given: self.given.clone(),
             lost: self.lost.clone(),
             pending_jumps: act.pending_jumps.clone(),
             ends: [&act.returned, &self.ended, &self.stopped, exits].map(Clone::clone),
@@ -701,9 +724,9 @@ impl<'p> Run<'p> {
         left: State,
         before: Snapshot,
     ) -> Result<Option<State>, NotAnalysed> {
-        let Snapshot { found, written, lost, pending_jumps, ends } = before;
-        (self.found, self.written, self.lost, act.pending_jumps) =
-            (found, written, lost, pending_jumps);
+        let Snapshot { found, written, given, lost, pending_jumps, ends } = before;
+        (self.found, self.written, self.given, self.lost, act.pending_jumps) =
+            (found, written, given, lost, pending_jumps);
         let [returned, ended, stopped, mut exits] = ends;
         (act.returned, self.ended, self.stopped) = (returned, ended, stopped);
         act.state = Some(left);

@@ -1,10 +1,12 @@
 //! Invariants over scans: the values that trusted words have at the start of every scan from power-up on, as a least
 //! fixpoint.
 
+use super::Trust;
 use super::run::{CountLimits, Run};
 use super::state::Tracked;
 use super::value::Value;
 use scanbound_ir::Program;
+use std::collections::BTreeSet;
 
 /// A fixpoint must be reached within this many scans, otherwise there is none.
 const MAX_SCANS: usize = 20;
@@ -28,12 +30,15 @@ pub struct Fixpoint {
     pub found: CountLimits,
     /// For each tracked word, by slot: its values at the start of every scan.
     pub start: Vec<Value>,
+    /// The words, by slot, to which a scan gives values ([`Run::given`]).
+    given: BTreeSet<usize>,
     /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
 }
 
 struct ScanResult {
     found: CountLimits,
+    given: BTreeSet<usize>,
     /// For each trusted word, the values that the scan may leave in it for the next scan.
     left: Vec<Value>,
 }
@@ -54,8 +59,9 @@ impl ScanFixpoint<'_> {
     /// The fixpoint if the words in these slots are trusted. `None` if no fixpoint is found within the limits, or if a
     /// scan has no end or cannot be analysed.
     ///
-    /// A word that is not written in every scan and never changes its value from power-up must have another writer. It
-    /// is removed from the trusted words, which may affect others.
+    /// A word that never changes its value from power-up and is not written in every scan must have another writer. So
+    /// must a word that the program only ever clears, or to which it writes only bits, or what the word held. These are
+    /// removed from the trusted words, which may affect others. That nobody else writes internal cells is certain.
     pub fn of(&self, trusted: &[usize]) -> Option<Fixpoint> {
         let mut trusted = trusted.to_vec();
         let mut work = 0;
@@ -64,7 +70,11 @@ impl ScanFixpoint<'_> {
             work += best.work;
             let before = trusted.len();
             trusted.retain(|&slot| {
-                best.start[slot] != self.at_power_up(slot) || self.always.contains(&slot)
+                let cell = self.followed.words.cells()[slot];
+                let changes = best.start[slot] != self.at_power_up(slot);
+                let is_given = best.given.contains(&slot)
+                    || Trust::Counts.trusts_exclusive_cell(self.program, cell);
+                is_given && (changes || self.always.contains(&slot))
             });
             if trusted.len() == before {
                 best.work = work;
@@ -108,7 +118,8 @@ impl ScanFixpoint<'_> {
                 }
                 let mut trusted = trusted.to_vec();
                 trusted.retain(|&slot| start[slot] != Value::TOP);
-                return Some(Fixpoint { trusted, found: scanned.found, start, work });
+                let ScanResult { found, given, .. } = scanned;
+                return Some(Fixpoint { trusted, found, start, given, work });
             }
             // Without a fixpoint nothing can be trusted.
             if work > MAX_FIXPOINT_WORK {
@@ -143,7 +154,8 @@ impl ScanFixpoint<'_> {
             Some(written) if !forgets(slot) => end.value(slot).join(written),
             _ => end.value(slot),
         };
-        Some(ScanResult { left: trusted.iter().map(left).collect(), found: run.found })
+        let left = trusted.iter().map(left).collect();
+        Some(ScanResult { left, found: run.found, given: run.given })
     }
 
     /// Narrowing after widening: at the start of a scan, memory has its power-up values or those that a scan left which

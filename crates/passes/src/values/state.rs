@@ -7,6 +7,7 @@ use super::slots::Slots;
 use super::value::Value;
 use rustc_hash::FxHashSet;
 use scanbound_ir::Program;
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -52,6 +53,8 @@ pub struct State {
     /// Whether each word was written in this scan on every path to this point: one bit for each word, one `u32` for
     /// each block.
     written: Vec<u32>,
+    /// Whether each word was written on any path, in the same form.
+    touched: Vec<u32>,
     bits: Vec<Rc<[Bit; BLOCK]>>,
 }
 
@@ -63,6 +66,47 @@ struct Block {
     stamps: [u32; BLOCK],
     /// The recent conditional writes of each word; `None` if the last write was certain.
     writes: [Option<Rc<Writes>>; BLOCK],
+    /// What each written word may still hold, because copies were written to it.
+    kept: [Kept; BLOCK],
+}
+
+/// Of which words a word may hold the value at the start of the scan, perhaps limited or with some bits changed.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// These slots, in ascending order; `None` if there are none.
+    perhaps: Option<Rc<[usize]>>,
+    /// The slot of which the word certainly holds it.
+    surely: Option<usize>,
+}
+
+impl Kept {
+    fn own(slot: usize) -> Kept {
+        Kept { perhaps: Some(Rc::new([slot])), surely: Some(slot) }
+    }
+
+    /// Whether the word certainly holds what the word in this slot held at the start of the scan, perhaps limited or
+    /// with some bits changed.
+    pub fn is_value_of(&self, slot: usize) -> bool {
+        self.surely == Some(slot)
+    }
+
+    /// What is known if either applies.
+    pub fn join(&self, other: &Kept) -> Kept {
+        Kept { surely: self.surely.filter(|_| self.surely == other.surely), ..self.mixed(other) }
+    }
+
+    /// What is known of a word of which each bit is one of either, or made of both.
+    pub fn mixed(&self, other: &Kept) -> Kept {
+        let perhaps = match (&self.perhaps, &other.perhaps) {
+            (None, some) | (some, None) => some.clone(),
+            (Some(one), Some(other)) if one == other => Some(one.clone()),
+            (Some(one), Some(other)) => {
+                let all: BTreeSet<usize> = one.iter().chain(other.iter()).copied().collect();
+                Some(all.into_iter().collect())
+            }
+        };
+        Kept { perhaps, surely: self.surely.or(other.surely) }
+    }
 }
 
 impl Block {
@@ -72,6 +116,7 @@ impl Block {
             values: [Value::TOP; BLOCK],
             stamps: [stamp; BLOCK],
             writes: [const { None }; BLOCK],
+            kept: [const { Kept { perhaps: None, surely: None } }; BLOCK],
         }
     }
 }
@@ -118,6 +163,7 @@ impl State {
         State {
             words: values.chunks(BLOCK).map(block).collect(),
             written: vec![0; values.len().div_ceil(BLOCK)],
+            touched: vec![0; values.len().div_ceil(BLOCK)],
             bits: vec![free; bits.div_ceil(BLOCK)],
         }
     }
@@ -160,8 +206,22 @@ impl State {
         self.words[slot / BLOCK].stamps[slot % BLOCK]
     }
 
-    pub fn is_written(&self, slot: usize) -> bool {
-        self.written[slot / BLOCK] & 1 << (slot % BLOCK) != 0
+    /// Whether the word was written in this scan on every path to this point, and not only with the value that it had
+    /// at the start, perhaps limited: a parameter that is passed by reference is copied to the block and back.
+    pub fn has_new_value(&self, slot: usize) -> bool {
+        !self.kept(slot).perhaps.is_some_and(|slots| slots.contains(&slot))
+    }
+
+    /// Of which words this one may hold the value at the start of the scan.
+    pub fn kept(&self, slot: usize) -> Kept {
+        let (place, at) = (slot / BLOCK, slot % BLOCK);
+        let bit = |of: &[u32]| of[place] & 1 << at != 0;
+        let kept = &self.words[place].kept[at];
+        match (bit(&self.touched), bit(&self.written)) {
+            (false, _) => Kept::own(slot),
+            (true, true) => kept.clone(),
+            (true, false) => Kept { surely: kept.surely, ..kept.join(&Kept::own(slot)) },
+        }
     }
 
     /// Replaces what is known of a word by `value`, without a new stamp: the word was not written.
@@ -231,11 +291,13 @@ impl State {
     }
 
     /// Writes a value to a word for certain; `stamp` must be new.
-    pub fn write(&mut self, slot: usize, value: Value, stamp: u32) {
+    pub fn write(&mut self, slot: usize, value: Value, kept: Kept, stamp: u32) {
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
         block.values[at] = value;
         block.stamps[at] = stamp;
         block.writes[at] = None;
+        block.kept[at] = kept;
+        self.touched[slot / BLOCK] |= 1 << at;
         self.written[slot / BLOCK] |= 1 << at;
     }
 
@@ -244,7 +306,11 @@ impl State {
         let all = std::cell::OnceCell::new();
         for (place, within) in blocks(slots) {
             let block = &mut self.words[place];
-            if within == (0..BLOCK) {
+            for at in within.clone() {
+                self.touched[place] |= 1 << at;
+            }
+            let is_kept = |one: &Kept| *one != Kept::default();
+            if within == (0..BLOCK) && !block.kept.iter().any(is_kept) {
                 *block = Rc::clone(all.get_or_init(|| Rc::new(Block::anything(stamp))));
                 continue;
             }
@@ -253,21 +319,26 @@ impl State {
                 block.values[at] = Value::TOP;
                 block.stamps[at] = stamp;
                 block.writes[at] = None;
+                block.kept[at].surely = None;
             }
         }
     }
 
-    /// Writes a value that the word gets only under a condition; otherwise it has a value of `unwritten`. `stamp` must
-    /// be new.
+    /// As [`State::write`], for a value that the word gets only under a condition; otherwise it has a value of
+    /// `unwritten`.
     pub fn write_perhaps(
         &mut self,
         slot: usize,
         perhaps: ConditionalWrite,
         unwritten: Value,
+        kept: &Kept,
         stamp: u32,
     ) {
+        let either = self.kept(slot).join(kept);
         let (block, at) = (Rc::make_mut(&mut self.words[slot / BLOCK]), slot % BLOCK);
+        self.touched[slot / BLOCK] |= 1 << at;
         block.stamps[at] = stamp;
+        block.kept[at] = either;
         let earlier = block.writes[at].take();
         let value = block.values[at];
         block.values[at] = unwritten.join(perhaps.value);
@@ -338,15 +409,17 @@ impl State {
     }
 
     fn together(&mut self, other: &State, stamp: u32, how: impl Fn(usize, Value, Value) -> Value) {
-        for (place, (here, there)) in self.words.iter_mut().zip(&other.words).enumerate() {
-            if Rc::ptr_eq(here, there) {
+        for place in 0..self.words.len() {
+            let there = &other.words[place];
+            if Rc::ptr_eq(&self.words[place], there) || *self.words[place] == **there {
                 continue;
             }
-            if **here == **there {
-                continue;
-            }
-            let here = Rc::make_mut(here);
-            for at in 0..BLOCK {
+            let slots = place * BLOCK..(place + 1) * BLOCK;
+            let kept: Vec<Kept> =
+                slots.map(|slot| self.kept(slot).join(&other.kept(slot))).collect();
+            let here = Rc::make_mut(&mut self.words[place]);
+            for (at, kept) in kept.into_iter().enumerate() {
+                here.kept[at] = kept;
                 if here.values[at] != there.values[at] {
                     let slot = place * BLOCK + at;
                     here.values[at] = how(slot, here.values[at], there.values[at]);
@@ -359,6 +432,9 @@ impl State {
         }
         for (here, there) in self.written.iter_mut().zip(&other.written) {
             *here &= there;
+        }
+        for (here, there) in self.touched.iter_mut().zip(&other.touched) {
+            *here |= there;
         }
         for (here, there) in self.bits.iter_mut().zip(&other.bits) {
             if Rc::ptr_eq(here, there) {
@@ -379,6 +455,7 @@ impl State {
         let words = |(here, there): (&Rc<Block>, &Rc<Block>)| {
             Rc::ptr_eq(here, there)
                 || (here.values == there.values
+                    && here.kept == there.kept
                     && (0..BLOCK)
                         .all(|at| here.writes[at].is_none() || here.stamps[at] == there.stamps[at]))
         };
@@ -400,6 +477,7 @@ impl State {
             }
         };
         self.written == other.written
+            && self.touched == other.touched
             && self.words.iter().zip(&other.words).all(words)
             && self
                 .bits

@@ -1,14 +1,15 @@
 //! Executes the effects of one instruction.
 
 use super::condition::Condition;
-use super::evaluate::Evaluation;
+use super::evaluate::{Evaluation, sign_extended};
 use super::reach::Reach;
 use super::slots::Slots;
+use super::state::Kept;
 use super::value::Value;
 use rustc_hash::FxHashSet;
 use scanbound_ir::flow;
-use scanbound_ir::meaning::{ChoiceKind, Target};
-use scanbound_ir::{BitTarget, ChoiceId, Region, WordTarget, Write};
+use scanbound_ir::meaning::{ChoiceKind, Operation, OperationInput, Target};
+use scanbound_ir::{BitTarget, ChoiceId, Number, Region, WordSource, WordTarget, Write};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -16,8 +17,8 @@ use std::ops::Range;
 pub enum To {
     /// The slot of a bit, and what is known if the bit is on and if it is off (`None`: nothing).
     Bit(usize, Option<[Condition; 2]>),
-    /// The word in this slot gets this value.
-    Word { slot: usize, value: Value },
+    /// The word in this slot gets this value, which may be that of a word at the start of the scan.
+    Word { slot: usize, value: Value, kept: Kept },
     /// The words in these slots may get any value, or keep theirs.
     Words(Range<usize>),
     /// The bits in these slots may get any value, or keep theirs.
@@ -60,11 +61,12 @@ impl Writer<'_> {
                     (_, true) => off,
                     _ => on.join(off),
                 };
-                self.writes.push(To::Word { slot, value });
+                let kept = self.evaluation.state.kept(slot);
+                self.writes.push(To::Word { slot, value, kept });
             }
             Write::Words(targets, number) => {
                 let values = self.evaluation.number(number);
-                self.write_words(targets, &values);
+                self.write_words(targets, &values, &self.kept(number));
                 flow::written_by(write).into_iter().for_each(|region| self.forget_bits(region));
             }
             Write::Havoc(region, choice) => self.havoc(*region, *choice, done),
@@ -92,8 +94,21 @@ impl Writer<'_> {
             if done.insert(choice) {
                 for (place, output) in meaning.outputs.iter().enumerate() {
                     let results = results.get(place).map_or(&[][..], Vec::as_slice);
+                    // The result may be this operand.
+                    let from = match meaning.operation {
+                        Operation::Copy => meaning.inputs.get(place),
+                        // The lower words are the same.
+                        Operation::Resize(_) | Operation::PutBit(_) => meaning.inputs.first(),
+                        Operation::Limit => meaning.inputs.get(2),
+                        _ => None,
+                    };
+                    let kept = match from {
+                        Some(OperationInput::Words(words)) => self.kept_words(words),
+                        Some(OperationInput::Number(number)) => self.kept(number),
+                        _ => Vec::new(),
+                    };
                     match output {
-                        Target::Words(targets) => self.write_words(targets, results),
+                        Target::Words(targets) => self.write_words(targets, results, &kept),
                         // Bits are forgotten below.
                         Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
                     }
@@ -115,14 +130,45 @@ impl Writer<'_> {
         self.writes.extend((!bits.is_empty()).then_some(To::Bits(bits)));
     }
 
-    fn write_words(&mut self, targets: &[WordTarget], values: &[Value]) {
+    /// Collects writes of words.
+    fn write_words(&mut self, targets: &[WordTarget], values: &[Value], kept: &[Kept]) {
         for (place, target) in targets.iter().enumerate() {
             let WordTarget::Cell(cell) = target else { continue };
             if let Some(slot) = self.words().slot(*cell) {
                 let value = values.get(place).copied().unwrap_or(Value::TOP);
-                self.writes.push(To::Word { slot, value });
+                let kept = kept.get(place).cloned().unwrap_or_default();
+                self.writes.push(To::Word { slot, value, kept });
             }
         }
+    }
+
+    /// For each word of a number, of which words it may be the value at the start of the scan.
+    fn kept(&self, number: &Number) -> Vec<Kept> {
+        if let Some(word) = sign_extended(number) {
+            return self.kept_words(&[word]);
+        }
+        match number {
+            Number::Words(words) => self.kept_words(words),
+            Number::And(a, b) | Number::Or(a, b) | Number::Xor(a, b) => {
+                let [mut a, mut b] = [a, b].map(|one| self.kept(one));
+                let words = a.len().max(b.len());
+                a.resize(words, Kept::default());
+                b.resize(words, Kept::default());
+                a.iter().zip(&b).map(|(a, b)| a.mixed(b)).collect()
+            }
+            Number::Add(..) | Number::Sub(..) => Vec::new(),
+        }
+    }
+
+    fn kept_words(&self, words: &[WordSource]) -> Vec<Kept> {
+        let kept = |word: &WordSource| match word {
+            WordSource::Cell(cell) => self.words().slot(*cell),
+            _ => None,
+        };
+        let slots = words.iter().map(kept);
+        slots
+            .map(|slot| slot.map(|slot| self.evaluation.state.kept(slot)).unwrap_or_default())
+            .collect()
     }
 
     /// The regions that an indexed write may reach, which are also recorded; `region` itself if they are unknown.
