@@ -125,11 +125,17 @@ fn what_leads_to_the_end_of_a_loop_is_paid_for_at_each_turn() {
 fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     let unit = |called: &str, body: &str| {
         format!(
-            "TYPE Recipe : STRUCT n : INT; en : BOOL; END_STRUCT; END_TYPE
+            "TYPE Recipe : STRUCT n : INT; en : BOOL; d : DINT; END_STRUCT; END_TYPE
+             FUNCTION_BLOCK Steps VAR_IN_OUT r : Recipe; END_VAR
+             r.d := r.d + 1; IF r.d > 9 THEN r.d := 0; END_IF END_FUNCTION_BLOCK
              FUNCTION_BLOCK Run VAR_INPUT b : BOOL; END_VAR VAR_IN_OUT c : INT; END_VAR
              VAR i : INT; x : REAL; END_VAR {called} END_FUNCTION_BLOCK
+             FUNCTION Limited : INT VAR_INPUT v : INT; END_VAR
+             Limited := LIMIT(1, v, 20);
+             END_FUNCTION
              PROGRAM main VAR_INPUT b : BOOL; END_VAR
-             VAR n, i : INT; d : DINT; w : WORD; x : REAL; f : Run; r : Recipe; END_VAR
+             VAR n, i : INT; d : DINT; w : WORD; x : REAL; f : Run; r : Recipe;
+             s : Steps; END_VAR
              {body} END_PROGRAM"
         )
     };
@@ -146,7 +152,7 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     }
     assert_eq!(turns(&format!("c := 3; {counts}"), "f(c := n);"), Some(3));
     assert_eq!(turns("c := 3;", "FOR i := 1 TO n DO x := LN(x); END_FOR f(c := n);"), Some(3));
-    let limited = ["LIMIT(1, n, 20)", "MIN(n, 20)"];
+    let limited = ["LIMIT(1, n, 20)", "MIN(n, 20)", "Limited(n)"];
     for value in limited {
         let body = format!("n := {value}; FOR i := 1 TO n DO x := LN(x); END_FOR");
         assert_eq!(turns("", &body), Some(20), "{value}");
@@ -157,6 +163,13 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     assert_eq!(turns("", &format!("{loop_to_n} n := 3; n := 0;")), Some(0));
     let bits = format!("w.8 := b; n := WORD_TO_INT(w AND 16#000F); {loop_to_n}");
     assert_eq!(turns("", &bits), Some(15));
+    // What the program counts, or writes bit by bit, is its own.
+    let counted = "s(r := r); FOR i := 1 TO DINT_TO_INT(r.d) DO x := LN(x); END_FOR";
+    assert_eq!(turns("", counted), Some(9));
+    let value = |bit: u8| if bit < 3 { "b" } else { "FALSE" };
+    let bits: String = (0..16).map(|bit| format!("w.{bit} := {};", value(bit))).collect();
+    let bits = format!("{bits} n := WORD_TO_INT(w); {loop_to_n}");
+    assert_eq!(turns("", &bits), Some(7));
     let mask = format!("w := w OR 16#0100; n := WORD_TO_INT(w AND 16#000F); {loop_to_n}");
     assert_eq!(turns("", &mask), Some(15));
     // With all trusted that the program writes, too.
@@ -166,7 +179,8 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     {
         assert_eq!(all(&format!("{compared} {body}")), Ok((1, 0)), "{body}");
     }
-    assert_eq!(all(&format!("{compared} n := (n + 1) MOD 4;")), Ok((0, 0)));
+    let counted = format!("{compared} n := n + 1; IF n > 3 THEN n := 0; END_IF");
+    assert_eq!(all(&counted), Ok((0, 0)));
     let bits = "IF (w AND 16#00FF) = 16#0080 THEN x := LN(x); END_IF w.15 := FALSE; w.14 := b;";
     assert_eq!(all(bits), Ok((1, 0)));
     let long = "IF d = 70000 THEN x := LN(x); END_IF d := 5;";

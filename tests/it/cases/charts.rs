@@ -450,10 +450,12 @@ fn actions_may_stay_stored_where_a_chart_restarts() {
             let (ends, _) = stored(qualifier, "SFCReset", &format!("{stay}false\n"), trust);
             let (stays, _) = stored(qualifier, "SFCReset", &format!("{stay}true\n"), trust);
             // A1 of the initial step beside A0, which S1 has stored.
-            assert!(ends < 31 && stays >= 31, "{qualifier} {trust:?} {ends} {stays}");
+            assert!(stays >= 31, "{qualifier} {trust:?} {stays}");
+            assert!(ends < 31 || qualifier != "S", "{qualifier} {trust:?} {ends}");
             for flag in ["SFCInit", "SFCReset"] {
                 let (either, lower) = stored(qualifier, flag, "", trust);
-                assert!(either >= stays && lower <= ends, "{qualifier} {flag} {either} {lower}");
+                assert!(either >= stays.max(ends), "{qualifier} {flag} {either}");
+                assert!(lower <= ends, "{qualifier} {flag} {lower} {ends}");
             }
         }
     }

@@ -5,7 +5,7 @@ use super::evaluate::Evaluation;
 use super::reach::Reach;
 use super::state::{State, Tracked};
 use super::value::Value;
-use super::write::{To, Writer};
+use super::write::{Origin, To, Writer};
 use rustc_hash::FxHashSet;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
@@ -415,7 +415,7 @@ impl<'p> Run<'p> {
                         To::Bit(bit, truth) => {
                             state.write_bit(bit, truth.filter(|_| guard.surely), stamp);
                         }
-                        To::Word { slot, value, kept } => {
+                        To::Word { slot, value, origin: Origin { kept, .. } } => {
                             let unwritten =
                                 (!guard.surely).then(|| state.value_unless(slot, guard));
                             match unwritten.flatten() {
@@ -448,11 +448,13 @@ impl<'p> Run<'p> {
     }
 
     /// Records the words to which an effect gives a value: not only zeros, and not only what they held when the scan
-    /// started, limited or with some bits changed. Words that are written together are one number.
+    /// started, limited or with some bits changed. Words that are written together are one number, and so are their
+    /// copies.
     fn note_given(&mut self, writes: &[To]) {
         let given = writes.iter().filter_map(|to| match to {
-            To::Word { slot, value, kept } if !kept.is_value_of(*slot) => {
-                Some((*slot, *value != Value::constant(0)))
+            To::Word { slot, value, origin } if !origin.kept.is_value_of(*slot) => {
+                let of_number = origin.copy_of.is_some_and(|from| self.given.contains(&from));
+                Some((*slot, of_number || *value != Value::constant(0)))
             }
             _ => None,
         });

@@ -77,11 +77,21 @@ pub struct Kept {
     perhaps: Option<Rc<[usize]>>,
     /// The slot of which the word certainly holds it.
     surely: Option<usize>,
+    /// The bits that may be those.
+    bits: u16,
 }
 
 impl Kept {
     fn own(slot: usize) -> Kept {
-        Kept { perhaps: Some(Rc::new([slot])), surely: Some(slot) }
+        Kept { perhaps: Some(Rc::new([slot])), surely: Some(slot), bits: u16::MAX }
+    }
+
+    /// The same after a bit of the word was written.
+    pub fn without_bit(self, bit: u8) -> Kept {
+        match self.bits & !(1 << bit) {
+            0 => Kept::default(),
+            bits => Kept { bits, ..self },
+        }
     }
 
     /// Whether the word certainly holds what the word in this slot held at the start of the scan, perhaps limited or
@@ -105,7 +115,7 @@ impl Kept {
                 Some(all.into_iter().collect())
             }
         };
-        Kept { perhaps, surely: self.surely.or(other.surely) }
+        Kept { perhaps, surely: self.surely.or(other.surely), bits: self.bits | other.bits }
     }
 }
 
@@ -116,7 +126,7 @@ impl Block {
             values: [Value::TOP; BLOCK],
             stamps: [stamp; BLOCK],
             writes: [const { None }; BLOCK],
-            kept: [const { Kept { perhaps: None, surely: None } }; BLOCK],
+            kept: [const { Kept { perhaps: None, surely: None, bits: 0 } }; BLOCK],
         }
     }
 }

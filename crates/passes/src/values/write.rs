@@ -18,11 +18,19 @@ pub enum To {
     /// The slot of a bit, and what is known if the bit is on and if it is off (`None`: nothing).
     Bit(usize, Option<[Condition; 2]>),
     /// The word in this slot gets this value, which may be that of a word at the start of the scan.
-    Word { slot: usize, value: Value, kept: Kept },
+    Word { slot: usize, value: Value, origin: Origin },
     /// The words in these slots may get any value, or keep theirs.
     Words(Range<usize>),
     /// The bits in these slots may get any value, or keep theirs.
     Bits(Range<usize>),
+}
+
+/// Where the value of a write of a word comes from.
+#[derive(Clone, Default)]
+pub struct Origin {
+    pub kept: Kept,
+    /// The slot of the word of which it is a copy.
+    pub copy_of: Option<usize>,
 }
 
 /// Evaluates one effect in an abstract state, and collects the writes that it does.
@@ -61,12 +69,13 @@ impl Writer<'_> {
                     (_, true) => off,
                     _ => on.join(off),
                 };
-                let kept = self.evaluation.state.kept(slot);
-                self.writes.push(To::Word { slot, value, kept });
+                let kept = self.evaluation.state.kept(slot).without_bit(*bit);
+                let origin = Origin { kept, copy_of: None };
+                self.writes.push(To::Word { slot, value, origin });
             }
             Write::Words(targets, number) => {
                 let values = self.evaluation.number(number);
-                self.write_words(targets, &values, &self.kept(number));
+                self.write_words(targets, &values, &self.origins(number));
                 flow::written_by(write).into_iter().for_each(|region| self.forget_bits(region));
             }
             Write::Havoc(region, choice) => self.havoc(*region, *choice, done),
@@ -102,13 +111,13 @@ impl Writer<'_> {
                         Operation::Limit => meaning.inputs.get(2),
                         _ => None,
                     };
-                    let kept = match from {
-                        Some(OperationInput::Words(words)) => self.kept_words(words),
-                        Some(OperationInput::Number(number)) => self.kept(number),
+                    let origins = match from {
+                        Some(OperationInput::Words(words)) => self.origins_of(words),
+                        Some(OperationInput::Number(number)) => self.origins(number),
                         _ => Vec::new(),
                     };
                     match output {
-                        Target::Words(targets) => self.write_words(targets, results, &kept),
+                        Target::Words(targets) => self.write_words(targets, results, &origins),
                         // Bits are forgotten below.
                         Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
                     }
@@ -131,44 +140,51 @@ impl Writer<'_> {
     }
 
     /// Collects writes of words.
-    fn write_words(&mut self, targets: &[WordTarget], values: &[Value], kept: &[Kept]) {
+    fn write_words(&mut self, targets: &[WordTarget], values: &[Value], origins: &[Origin]) {
         for (place, target) in targets.iter().enumerate() {
             let WordTarget::Cell(cell) = target else { continue };
             if let Some(slot) = self.words().slot(*cell) {
                 let value = values.get(place).copied().unwrap_or(Value::TOP);
-                let kept = kept.get(place).cloned().unwrap_or_default();
-                self.writes.push(To::Word { slot, value, kept });
+                let origin = origins.get(place).cloned().unwrap_or_default();
+                self.writes.push(To::Word { slot, value, origin });
             }
         }
     }
 
-    /// For each word of a number, of which words it may be the value at the start of the scan.
-    fn kept(&self, number: &Number) -> Vec<Kept> {
+    /// Where each word of a number comes from.
+    fn origins(&self, number: &Number) -> Vec<Origin> {
         if let Some(word) = sign_extended(number) {
-            return self.kept_words(&[word]);
+            return self.origins_of(&[word]);
         }
         match number {
-            Number::Words(words) => self.kept_words(words),
+            Number::Words(words) => self.origins_of(words),
             Number::And(a, b) | Number::Or(a, b) | Number::Xor(a, b) => {
-                let [mut a, mut b] = [a, b].map(|one| self.kept(one));
+                let [mut a, mut b] = [a, b].map(|one| self.origins(one));
                 let words = a.len().max(b.len());
-                a.resize(words, Kept::default());
-                b.resize(words, Kept::default());
-                a.iter().zip(&b).map(|(a, b)| a.mixed(b)).collect()
+                a.resize(words, Origin::default());
+                b.resize(words, Origin::default());
+                let both = |(a, b): (&Origin, &Origin)| Origin {
+                    kept: a.kept.mixed(&b.kept),
+                    copy_of: None,
+                };
+                a.iter().zip(&b).map(both).collect()
+            }
+            // The result of a call is copied so.
+            Number::Add(a, b) if b.words().all(|word| word == WordSource::Const(0)) => {
+                self.origins(a)
             }
             Number::Add(..) | Number::Sub(..) => Vec::new(),
         }
     }
 
-    fn kept_words(&self, words: &[WordSource]) -> Vec<Kept> {
-        let kept = |word: &WordSource| match word {
-            WordSource::Cell(cell) => self.words().slot(*cell),
-            _ => None,
+    fn origins_of(&self, words: &[WordSource]) -> Vec<Origin> {
+        let origin = |word: &WordSource| {
+            let WordSource::Cell(cell) = word else { return Origin::default() };
+            let copy_of = self.words().slot(*cell);
+            let kept = copy_of.map(|slot| self.evaluation.state.kept(slot));
+            Origin { kept: kept.unwrap_or_default(), copy_of }
         };
-        let slots = words.iter().map(kept);
-        slots
-            .map(|slot| slot.map(|slot| self.evaluation.state.kept(slot)).unwrap_or_default())
-            .collect()
+        words.iter().map(origin).collect()
     }
 
     /// The regions that an indexed write may reach, which are also recorded; `region` itself if they are unknown.
