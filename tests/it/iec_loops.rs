@@ -163,6 +163,10 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     assert_eq!(turns("", &format!("{loop_to_n} n := 3; n := 0;")), Some(0));
     let bits = format!("w.8 := b; n := WORD_TO_INT(w AND 16#000F); {loop_to_n}");
     assert_eq!(turns("", &bits), Some(15));
+    let cleared = format!("n := WORD_TO_INT(w AND 16#000F); {loop_to_n} w := 0; w.15 := b;");
+    assert_eq!(turns("", &cleared), Some(15));
+    let down = "FOR i := 1 TO MIN(n, 9) DO x := LN(x); END_FOR n := LIMIT(0, n - 1, 20);";
+    assert_eq!(turns("", down), Some(9));
     // What the program counts, or writes bit by bit, is its own.
     let counted = "s(r := r); FOR i := 1 TO DINT_TO_INT(r.d) DO x := LN(x); END_FOR";
     assert_eq!(turns("", counted), Some(9));

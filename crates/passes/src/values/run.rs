@@ -131,6 +131,8 @@ pub struct Run<'p> {
     /// The words, by slot, to which the scan gives values: not only zeros, and not only what they held when it started,
     /// limited or with some bits changed.
     pub given: BTreeSet<usize>,
+    /// Those of them that are 0 in a number of which another word is not.
+    beside: BTreeSet<usize>,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
@@ -166,6 +168,7 @@ impl<'p> Run<'p> {
             endless: BTreeSet::new(),
             written: vec![None; followed.words.cells().len()],
             given: BTreeSet::new(),
+            beside: BTreeSet::new(),
             lost: FxHashSet::default(),
             stamp: Shared::new(0),
             work: 0,
@@ -447,20 +450,24 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Records the words to which an effect gives a value: not only zeros, and not only what they held when the scan
-    /// started, limited or with some bits changed. Words that are written together are one number, and so are their
-    /// copies.
+    /// Records the words to which an effect gives a value: not only zeros or single bits, and not only what they held
+    /// when the scan started, limited or with some bits changed. Words that are written together are one number, and so
+    /// are their copies.
     fn note_given(&mut self, writes: &[To]) {
         let given = writes.iter().filter_map(|to| match to {
-            To::Word { slot, value, origin } if !origin.kept.is_value_of(*slot) => {
-                let of_number = origin.copy_of.is_some_and(|from| self.given.contains(&from));
-                Some((*slot, of_number || *value != Value::constant(0)))
+            To::Word { slot, value, origin }
+                if !origin.is_bit && !origin.kept.is_value_of(*slot) =>
+            {
+                let of_number = origin.copy_of.is_some_and(|from| self.beside.contains(&from));
+                Some((*slot, *value != Value::constant(0), of_number))
             }
             _ => None,
         });
-        let given: Vec<(usize, bool)> = given.collect();
-        if given.iter().any(|(_, is_set)| *is_set) {
-            self.given.extend(given.into_iter().map(|(slot, _)| slot));
+        let given: Vec<(usize, bool, bool)> = given.collect();
+        if given.iter().any(|&(_, is_set, of_number)| is_set || of_number) {
+            self.given.extend(given.iter().map(|(slot, ..)| *slot));
+            let zeros = given.iter().filter(|(_, is_set, _)| !is_set);
+            self.beside.extend(zeros.map(|(slot, ..)| *slot));
         }
     }
 

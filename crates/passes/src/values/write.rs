@@ -31,6 +31,8 @@ pub struct Origin {
     pub kept: Kept,
     /// The slot of the word of which it is a copy.
     pub copy_of: Option<usize>,
+    /// Whether only a bit of the word is written, and others may still be what the word held.
+    pub is_bit: bool,
 }
 
 /// Evaluates one effect in an abstract state, and collects the writes that it does.
@@ -69,8 +71,11 @@ impl Writer<'_> {
                     (_, true) => off,
                     _ => on.join(off),
                 };
-                let kept = self.evaluation.state.kept(slot).without_bit(*bit);
-                let origin = Origin { kept, copy_of: None };
+                let before = self.evaluation.state.kept(slot);
+                let kept = before.clone().without_bit(*bit);
+                // The last of all bits makes the word the program's own.
+                let is_bit = before == Kept::default() || kept != Kept::default();
+                let origin = Origin { kept, copy_of: None, is_bit };
                 self.writes.push(To::Word { slot, value, origin });
             }
             Write::Words(targets, number) => {
@@ -111,11 +116,14 @@ impl Writer<'_> {
                         Operation::Limit => meaning.inputs.get(2),
                         _ => None,
                     };
-                    let origins = match from {
+                    let mut origins = match from {
                         Some(OperationInput::Words(words)) => self.origins_of(words),
                         Some(OperationInput::Number(number)) => self.origins(number),
                         _ => Vec::new(),
                     };
+                    if meaning.operation != Operation::Copy {
+                        origins.iter_mut().for_each(|origin| origin.copy_of = None);
+                    }
                     match output {
                         Target::Words(targets) => self.write_words(targets, results, &origins),
                         // Bits are forgotten below.
@@ -165,7 +173,7 @@ impl Writer<'_> {
                 b.resize(words, Origin::default());
                 let both = |(a, b): (&Origin, &Origin)| Origin {
                     kept: a.kept.mixed(&b.kept),
-                    copy_of: None,
+                    ..Origin::default()
                 };
                 a.iter().zip(&b).map(both).collect()
             }
@@ -182,7 +190,7 @@ impl Writer<'_> {
             let WordSource::Cell(cell) = word else { return Origin::default() };
             let copy_of = self.words().slot(*cell);
             let kept = copy_of.map(|slot| self.evaluation.state.kept(slot));
-            Origin { kept: kept.unwrap_or_default(), copy_of }
+            Origin { kept: kept.unwrap_or_default(), copy_of, is_bit: false }
         };
         words.iter().map(origin).collect()
     }
