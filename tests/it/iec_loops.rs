@@ -167,6 +167,10 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     assert_eq!(turns("", &cleared), Some(15));
     let down = "FOR i := 1 TO MIN(n, 9) DO x := LN(x); END_FOR n := LIMIT(0, n - 1, 20);";
     assert_eq!(turns("", down), Some(9));
+    for down in ["n := n - 1; IF n < 0 THEN n := 0; END_IF", "n := n - 1; n := MAX(n, 0);"] {
+        let body = format!("FOR i := 1 TO MIN(n, 9) DO x := LN(x); END_FOR {down}");
+        assert_eq!(turns("", &body), Some(9), "{down}");
+    }
     // What the program counts, or writes bit by bit, is its own.
     let counted = "s(r := r); FOR i := 1 TO DINT_TO_INT(r.d) DO x := LN(x); END_FOR";
     assert_eq!(turns("", counted), Some(9));
@@ -187,6 +191,8 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     assert_eq!(all(&counted), Ok((0, 0)));
     let bits = "IF (w AND 16#00FF) = 16#0080 THEN x := LN(x); END_IF w.15 := FALSE; w.14 := b;";
     assert_eq!(all(bits), Ok((1, 0)));
+    let down = "IF d = 70000 THEN x := LN(x); END_IF d := d - 1; IF d < 0 THEN d := 0; END_IF";
+    assert_eq!(all(down), Ok((1, 0)));
     let long = "IF d = 70000 THEN x := LN(x); END_IF d := 5;";
     assert_eq!(all(long), Ok((0, 0)));
     let compared = unit("IF c = 2 AND b THEN x := LN(x); END_IF", "f(b := b, c := n);");

@@ -113,11 +113,7 @@ impl RunSearch<'_> {
             if wanted.is_empty() {
                 break;
             }
-            let executed = run.replay.events.iter().zip(&conditions.of_events);
-            let rungs: BTreeMap<Target, Node> = executed
-                .map(|(event, &node)| ((event.instruction, event.frames.to_vec()), node))
-                .collect();
-            self.try_changes(found, (wanted, &rungs), &mut effort, upper)?;
+            self.try_changes(found, wanted, &mut effort, upper)?;
         }
         Ok(())
     }
@@ -155,12 +151,11 @@ impl RunSearch<'_> {
     }
 
     /// Makes a run with all changes together. If it is not longer, makes one without those changes that keep expensive
-    /// instructions of the longest run from firing, or that execute what stops it; if there are none, one with each
-    /// quarter of the changes. `rungs`: the condition under which the longest run executed each instruction.
+    /// instructions of the longest run from firing; if there are none, one with each quarter of the changes.
     fn try_changes(
         &self,
         found: &mut RunResults,
-        (wanted, rungs): (Vec<Wanted>, &BTreeMap<Target, Node>),
+        wanted: Vec<Wanted>,
         effort: &mut Effort,
         upper: Option<Picos>,
     ) -> Result<(), String> {
@@ -197,12 +192,6 @@ impl RunSearch<'_> {
             let (left, guilty): (Vec<_>, Vec<_>) = part
                 .into_iter()
                 .partition(|one| one.changes.start.keys().all(|cell| !broken.contains(cell)));
-            effort.tried.extend(guilty.into_iter().map(|one| one.target));
-            // Nor without what fires together with the instruction that stops it.
-            let rung = |target: &Target| rungs.get(target).filter(|&&node| node != ALWAYS);
-            let stop = run.stopped.as_ref().and_then(|one| rung(&(one.at, one.frames.to_vec())));
-            let (guilty, left): (Vec<_>, Vec<_>) =
-                left.into_iter().partition(|one| stop.is_some() && rung(&one.target) == stop);
             effort.tried.extend(guilty.into_iter().map(|one| one.target));
             let (left, guilty) = match left.len() == before {
                 true => {

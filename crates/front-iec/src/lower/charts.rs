@@ -250,19 +250,19 @@ impl<'t> Lower<'t> {
         };
         let ends = unless_first(restarts, RESTART_ENDS);
         let keeps = unless_first(restarts && stores_actions(own.written), RESTART_KEEPS);
-        let kept = |cell: Cell, where_: &Logic| set(cell, all([Logic::cell(cell), where_.clone()]));
+        let kept = |cell: Cell, only: &Logic| set(cell, all([Logic::cell(cell), only.clone()]));
         for action in &memory.actions {
             let goes_on = all([keeps.clone(), action.is_on_by_store()]);
             resets.push(kept(action.on, &any([ends.clone(), goes_on])));
             resets.push(kept(action.stored, &keeps));
             for (feed, input) in action.feeds.iter().zip(&action.inputs) {
-                let has = |kinds: &[Qualifier]| kinds.contains(&feed.qualifier);
-                let where_ =
-                    |is_kept: bool| if is_kept { keeps.clone() } else { Logic::Const(false) };
-                let is_stored = where_(has(&[Qualifier::Sd, Qualifier::Ds, Qualifier::Sl]));
                 // What is over of DS is the time of its step.
-                let is_over = where_(has(&[Qualifier::Sd, Qualifier::Sl]));
-                resets.extend([kept(input.stored, &is_stored), kept(input.over, &is_over)]);
+                let (is_stored, is_over) = match feed.qualifier {
+                    Qualifier::Sd | Qualifier::Sl => (&keeps, &keeps),
+                    Qualifier::Ds => (&keeps, &Logic::Const(false)),
+                    _ => (&Logic::Const(false), &Logic::Const(false)),
+                };
+                resets.extend([kept(input.stored, is_stored), kept(input.over, is_over)]);
                 resets.push(kept(input.was, &ends));
             }
         }

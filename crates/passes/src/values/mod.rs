@@ -163,14 +163,15 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
         ours.into_iter().partition(|&slot| trust.trusts_exclusive_cell(program, cell(slot)));
     let counts = |slot: &usize| counting.binary_search(&cell(*slot)).is_ok();
     let others = others.into_iter().filter(|&slot| end.has_new_value(slot) && counts(&slot));
-    let alone_always = alone.iter().copied().filter(|&slot| end.has_new_value(slot));
-    let always: Vec<usize> = alone_always.chain(others.clone()).collect();
     let all: Vec<usize> = alone.iter().copied().chain(others).collect();
+    let always: Vec<usize> = all.iter().copied().filter(|&slot| end.has_new_value(slot)).collect();
+    let ends_as_at_first = |&slot: &usize| end.value(slot) == at_first(slot);
+    let steady = always.iter().copied().filter(ends_as_at_first).collect();
     let search =
-        ScanFixpoint { program, followed: &followed, free: &free, always, is_over: &is_over };
+        ScanFixpoint { program, followed: &followed, free: &free, steady, is_over: &is_over };
     let over = search.of(&all);
-    let fewer = all.len() > search.always.len();
-    let over = over.or_else(|| fewer.then(|| search.of(&search.always)).flatten());
+    let fewer = all.len() > always.len();
+    let over = over.or_else(|| fewer.then(|| search.of(&always)).flatten());
     let Some(mut over) = over else {
         cut(
             "at the start of a scan, each word is assumed to have any value, except for stated ranges",

@@ -102,6 +102,7 @@ struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
     given: BTreeSet<usize>,
+    beside: BTreeSet<usize>,
     lost: FxHashSet<(usize, usize)>,
     pending_jumps: BTreeMap<usize, PendingJump>,
     /// The states at which the routine returned, the main routine ended, the scan was stopped, and the loop was left.
@@ -132,7 +133,7 @@ pub struct Run<'p> {
     /// limited or with some bits changed.
     pub given: BTreeSet<usize>,
     /// Those of them that are 0 in a number of which another word is not.
-    beside: BTreeSet<usize>,
+    pub beside: BTreeSet<usize>,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
@@ -717,6 +718,7 @@ impl<'p> Run<'p> {
             found: self.found.clone(),
             written: self.written.clone(),
             given: self.given.clone(),
+            beside: self.beside.clone(),
             lost: self.lost.clone(),
             pending_jumps: act.pending_jumps.clone(),
             ends: [&act.returned, &self.ended, &self.stopped, exits].map(Clone::clone),
@@ -733,9 +735,9 @@ impl<'p> Run<'p> {
         left: State,
         before: Snapshot,
     ) -> Result<Option<State>, NotAnalysed> {
-        let Snapshot { found, written, given, lost, pending_jumps, ends } = before;
-        (self.found, self.written, self.given, self.lost, act.pending_jumps) =
-            (found, written, given, lost, pending_jumps);
+        let Snapshot { found, written, given, beside, lost, pending_jumps, ends } = before;
+        (self.found, self.written, self.given, self.beside) = (found, written, given, beside);
+        (self.lost, act.pending_jumps) = (lost, pending_jumps);
         let [returned, ended, stopped, mut exits] = ends;
         (act.returned, self.ended, self.stopped) = (returned, ended, stopped);
         act.state = Some(left);

@@ -5,7 +5,7 @@ use super::Trust;
 use super::run::{CountLimits, Run};
 use super::state::Tracked;
 use super::value::Value;
-use scanbound_ir::Program;
+use scanbound_ir::{Cell, Program};
 use std::collections::BTreeSet;
 
 /// A fixpoint must be reached within this many scans, otherwise there is none.
@@ -18,6 +18,8 @@ const LIMITED_SCANS: usize = 12;
 const NARROWED_SCANS: usize = 2;
 /// The largest number of instructions executed in all scans of a fixpoint.
 const MAX_FIXPOINT_WORK: u64 = 3_000_000;
+/// The largest number of words of a number.
+const WORDS: u32 = 4;
 /// The largest number of instructions executed to find out which trusted words are needed.
 const MAX_REDUCING: u64 = 300_000;
 
@@ -32,6 +34,8 @@ pub struct Fixpoint {
     pub start: Vec<Value>,
     /// The words, by slot, to which a scan gives values ([`Run::given`]).
     given: BTreeSet<usize>,
+    /// The words that are 0 in a number of which another word is not ([`Run::beside`]).
+    beside: BTreeSet<usize>,
     /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
 }
@@ -39,6 +43,7 @@ pub struct Fixpoint {
 struct ScanResult {
     found: CountLimits,
     given: BTreeSet<usize>,
+    beside: BTreeSet<usize>,
     /// For each trusted word, the values that the scan may leave in it for the next scan.
     left: Vec<Value>,
 }
@@ -49,8 +54,9 @@ pub struct ScanFixpoint<'a> {
     pub followed: &'a Tracked,
     /// For each slot, the values that its word may have at the start of a scan, whoever wrote it.
     pub free: &'a [Value],
-    /// The words, by slot, that no other writer is assumed to write and that the program writes in every scan.
-    pub always: Vec<usize>,
+    /// The words, by slot, that no other writer is assumed to write and that hold the value at power-up after every scan,
+    /// whatever they held before.
+    pub steady: Vec<usize>,
     /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
 }
@@ -59,9 +65,10 @@ impl ScanFixpoint<'_> {
     /// The fixpoint if the words in these slots are trusted. `None` if no fixpoint is found within the limits, or if a
     /// scan has no end or cannot be analysed.
     ///
-    /// A word that never changes its value from power-up and is not written in every scan must have another writer. So
-    /// must a word that the program only ever clears, or to which it writes only bits, or what the word held. These are
-    /// removed from the trusted words, which may affect others. That nobody else writes internal cells is certain.
+    /// A word that never changes its value from power-up must have another writer, unless every scan leaves that value
+    /// in it whatever it held before. So must a word that the program only ever clears, or to which it writes only bits,
+    /// or what the word held. These are removed from the trusted words, which may affect others. That nobody else writes
+    /// internal cells is certain.
     pub fn of(&self, trusted: &[usize]) -> Option<Fixpoint> {
         let mut trusted = trusted.to_vec();
         let mut work = 0;
@@ -69,12 +76,11 @@ impl ScanFixpoint<'_> {
             let mut best = self.fixpoint(&trusted)?;
             work += best.work;
             let before = trusted.len();
-            trusted.retain(|&slot| {
-                let cell = self.followed.words.cells()[slot];
-                let changes = best.start[slot] != self.at_power_up(slot);
-                let is_given = best.given.contains(&slot)
-                    || Trust::Counts.trusts_exclusive_cell(self.program, cell);
-                is_given && (changes || self.always.contains(&slot))
+            let own: BTreeSet<usize> =
+                trusted.iter().copied().filter(|&slot| self.is_own(slot, &best)).collect();
+            trusted.retain(|slot| {
+                let is_part = || best.beside.contains(slot) && self.is_next_to(*slot, &own);
+                own.contains(slot) || is_part()
             });
             if trusted.len() == before {
                 best.work = work;
@@ -84,6 +90,23 @@ impl ScanFixpoint<'_> {
                 return None;
             }
         }
+    }
+
+    /// Whether nothing shows that a trusted word has another writer.
+    fn is_own(&self, slot: usize, best: &Fixpoint) -> bool {
+        let cell = self.followed.words.cells()[slot];
+        let is_given =
+            best.given.contains(&slot) || Trust::Counts.trusts_exclusive_cell(self.program, cell);
+        let changes = best.start[slot] != self.at_power_up(slot);
+        is_given && (changes || self.steady.contains(&slot))
+    }
+
+    /// Whether one of these words may belong to the same number as the word in this slot.
+    fn is_next_to(&self, slot: usize, others: &BTreeSet<usize>) -> bool {
+        let Cell { area, index } = self.followed.words.cells()[slot];
+        let near = index.saturating_sub(WORDS - 1)..index.saturating_add(WORDS);
+        let mut near = near.filter_map(|index| self.followed.words.slot(Cell { area, index }));
+        near.any(|other| others.contains(&other))
     }
 
     /// The value of a trusted word at power-up.
@@ -118,8 +141,8 @@ impl ScanFixpoint<'_> {
                 }
                 let mut trusted = trusted.to_vec();
                 trusted.retain(|&slot| start[slot] != Value::TOP);
-                let ScanResult { found, given, .. } = scanned;
-                return Some(Fixpoint { trusted, found, start, given, work });
+                let ScanResult { found, given, beside, .. } = scanned;
+                return Some(Fixpoint { trusted, found, start, given, beside, work });
             }
             // Without a fixpoint nothing can be trusted.
             if work > MAX_FIXPOINT_WORK {
@@ -155,7 +178,7 @@ impl ScanFixpoint<'_> {
             _ => end.value(slot),
         };
         let left = trusted.iter().map(left).collect();
-        Some(ScanResult { left, found: run.found, given: run.given })
+        Some(ScanResult { left, found: run.found, given: run.given, beside: run.beside })
     }
 
     /// Narrowing after widening: at the start of a scan, memory has its power-up values or those that a scan left which
