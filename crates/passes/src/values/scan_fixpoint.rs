@@ -54,8 +54,8 @@ pub struct ScanFixpoint<'a> {
     pub followed: &'a Tracked,
     /// For each slot, the values that its word may have at the start of a scan, whoever wrote it.
     pub free: &'a [Value],
-    /// The words, by slot, that no other writer is assumed to write and that hold the value at power-up after every scan,
-    /// whatever they held before.
+    /// The words, by slot, that no other writer is assumed to write and that hold the value at power-up after every
+    /// scan, whatever they held before.
     pub steady: Vec<usize>,
     /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
@@ -66,9 +66,9 @@ impl ScanFixpoint<'_> {
     /// scan has no end or cannot be analysed.
     ///
     /// A word that never changes its value from power-up must have another writer, unless every scan leaves that value
-    /// in it whatever it held before. So must a word that the program only ever clears, or to which it writes only bits,
-    /// or what the word held. These are removed from the trusted words, which may affect others. That nobody else writes
-    /// internal cells is certain.
+    /// in it whatever it held before. So must a word that the program only ever clears, or to which it writes only
+    /// bits, or what the word held. These are removed from the trusted words, which may affect others. That nobody else
+    /// writes internal cells is certain.
     pub fn of(&self, trusted: &[usize]) -> Option<Fixpoint> {
         let mut trusted = trusted.to_vec();
         let mut work = 0;
