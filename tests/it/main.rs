@@ -33,6 +33,7 @@ mod iec_readings;
 mod iec_reduced;
 mod iec_retain;
 mod iec_tasks;
+mod iec_units;
 mod iec_wholes;
 mod imports;
 mod json;

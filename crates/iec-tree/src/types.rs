@@ -123,6 +123,16 @@ impl Types {
         matches!(self.get(id), Type::Reference(..) | Type::Interface(_))
     }
 
+    /// The length of the longest string type of the project. 0 if there is none.
+    #[must_use]
+    pub fn longest_text(&self) -> u32 {
+        let length = |one: &Type| match one {
+            Type::Text(length) => Some(*length),
+            _ => None,
+        };
+        self.all.iter().filter_map(length).max().unwrap_or(0)
+    }
+
     /// The number of types.
     #[must_use]
     pub fn count(&self) -> usize {

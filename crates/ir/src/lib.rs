@@ -402,6 +402,8 @@ pub struct Program {
     /// Functions and function blocks that are called but have no body and no stated facts. The analysis assumes that
     /// they do nothing.
     pub without_body: Vec<(String, Location)>,
+    /// The interval at which the task whose scan is bounded runs. `None` if it is not cyclic, or unknown.
+    pub interval: Option<Picos>,
     /// The number of rungs in all files.
     pub blocks: u32,
     /// The number of choices; every `ChoiceId` is below it.

@@ -14,8 +14,8 @@ use std::sync::Arc;
 pub enum Type {
     /// A Boolean: one bit cell.
     Bit,
-    /// A number, a time or a text of this many words, low word first.
-    Words(u32),
+    /// A value of this many words, low word first, and how users read it.
+    Words(u32, ValueForm),
     /// An array with indices from `first` on. An array of several dimensions is an array of arrays.
     Array {
         /// The lowest index of the array.
@@ -27,6 +27,21 @@ pub enum Type {
     },
     /// Named members: a structure, or a function block instance with everything that it keeps from scan to scan.
     Parts(Arc<Parts>),
+}
+
+/// How users read the words of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ValueForm {
+    /// A signed number (two's complement).
+    Signed,
+    /// An unsigned number.
+    Unsigned,
+    /// IEEE 754 single precision, two words.
+    Real,
+    /// A time, the number of half milliseconds.
+    Time,
+    /// The words do not hold the value: a text or a reference, for which one word stands, or a date.
+    Opaque,
 }
 
 /// Named members with their offsets.
@@ -59,7 +74,7 @@ impl Type {
     pub fn size(&self) -> Option<[u32; 2]> {
         match self {
             Type::Bit => Some([1, 0]),
-            Type::Words(words) => Some([0, *words]),
+            Type::Words(words, _) => Some([0, *words]),
             Type::Array { count, of, .. } => {
                 let [bits, words] = of.size()?;
                 Some([bits.checked_mul(*count)?, words.checked_mul(*count)?])
@@ -126,8 +141,8 @@ impl Tag {
     pub fn cell(&self) -> Option<Cell> {
         let side = match self.of {
             Type::Bit => 0,
-            Type::Words(1..) => 1,
-            Type::Words(0) | Type::Array { .. } | Type::Parts(_) => return None,
+            Type::Words(1.., _) => 1,
+            Type::Words(0, _) | Type::Array { .. } | Type::Parts(_) => return None,
         };
         Some(Cell { area: self.areas[side], index: self.at[side] })
     }
@@ -175,24 +190,41 @@ impl Tags {
     /// its name, from the second word on. `None` if the cell belongs to no tag.
     #[must_use]
     pub fn name(&self, cell: Cell) -> Option<String> {
+        let SimpleValue { name, word, .. } = self.value(cell)?;
+        Some(if word == 0 { name } else { format!("{name}, word {}", word + 1) })
+    }
+
+    /// The bit, number or other simple value of a tag to which the cell belongs. `None` if it belongs to no tag.
+    #[must_use]
+    pub fn value(&self, cell: Cell) -> Option<SimpleValue<'_>> {
         let (first, (name, tag)) = self.starts.range(..=cell).next_back()?;
         let side = tag.areas.iter().position(|&area| area == cell.area)?;
         let offset = cell.index.checked_sub(first.index).filter(|_| cell.area == first.area)?;
         let is_in = offset < tag.of.size()?[side];
-        is_in.then(|| cell_name(name.to_string(), &tag.of, side, offset)).flatten()
+        is_in.then(|| simple_value(name.to_string(), &tag.of, side, offset)).flatten()
     }
 }
 
-/// The name of the cell at this offset within a value of type `of`, whose own name is `name`. `None` if the value has
-/// no such cell.
-fn cell_name(name: String, of: &Type, side: usize, offset: u32) -> Option<String> {
+/// A bit, a number or another simple value of a tag.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SimpleValue<'t> {
+    /// The name of the value, such as `Axes[3].Speed`.
+    pub name: String,
+    /// [`Type::Bit`] or [`Type::Words`].
+    pub of: &'t Type,
+    /// Which word of the value a cell is, from 0.
+    pub word: u32,
+}
+
+/// The simple value at this offset within a value of type `of`, whose own name is `name`. `None` if the value has no
+/// such cell.
+fn simple_value(name: String, of: &Type, side: usize, offset: u32) -> Option<SimpleValue<'_>> {
     match of {
-        Type::Bit | Type::Words(_) if offset == 0 => Some(name),
-        Type::Bit | Type::Words(_) => Some(format!("{name}, word {}", offset + 1)),
+        Type::Bit | Type::Words(..) => Some(SimpleValue { name, of, word: offset }),
         Type::Array { first, of, .. } => {
             let size = of.size()?[side];
             let number = first + i64::from(offset.checked_div(size)?);
-            cell_name(format!("{name}[{number}]"), of, side, offset % size)
+            simple_value(format!("{name}[{number}]"), of, side, offset % size)
         }
         Type::Parts(parts) => {
             // A member without cells in this area has the same offset as the member after it.
@@ -200,7 +232,7 @@ fn cell_name(name: String, of: &Type, side: usize, offset: u32) -> Option<String
             let mut before = parts.all[..behind].iter().rev();
             let (part, of, before) =
                 before.find(|(_, of, _)| of.size().is_some_and(|size| size[side] > 0))?;
-            cell_name(format!("{name}.{part}"), of, side, offset - before[side])
+            simple_value(format!("{name}.{part}"), of, side, offset - before[side])
         }
     }
 }
@@ -216,8 +248,10 @@ mod tests {
     fn program() -> (Program, Tag, Tag) {
         let part = |name: &str, of| (name.to_owned(), of);
         let parts = |all: Vec<(String, Type)>| Type::Parts(Arc::new(all.into_iter().collect()));
-        let timer = parts([part("Q", Type::Bit), part("ET", Type::Words(2))].into());
-        let limits = Type::Array { first: -1, count: 3, of: Arc::new(Type::Words(1)) };
+        let timer =
+            parts([part("Q", Type::Bit), part("ET", Type::Words(2, ValueForm::Time))].into());
+        let limits =
+            Type::Array { first: -1, count: 3, of: Arc::new(Type::Words(1, ValueForm::Signed)) };
         let axis = [part("On", Type::Bit), part("Limits", limits), part("Delay", timer.clone())];
         let axes = Type::Array { first: 1, count: 2, of: Arc::new(parts(axis.into())) };
         let kinds = [AreaKind::Bit, AreaKind::Word];
@@ -265,7 +299,10 @@ mod tests {
     fn what_is_too_large_to_be_numbered_has_no_room() {
         let many = |count, of| Type::Array { first: 0, count, of: Arc::new(of) };
         let mut tags = Tags::default();
-        assert_eq!(tags.add(AREAS, "A", many(u32::MAX, many(2, Type::Words(1)))), None);
+        assert_eq!(
+            tags.add(AREAS, "A", many(u32::MAX, many(2, Type::Words(1, ValueForm::Signed)))),
+            None
+        );
         assert!(tags.add(AREAS, "B", many(u32::MAX, Type::Bit)).is_some());
         assert_eq!(tags.add(AREAS, "C", Type::Bit), None);
     }

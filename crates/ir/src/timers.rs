@@ -90,6 +90,9 @@ pub struct Expiry {
     pub is_asked_again: bool,
 }
 
+/// The unit of times in IEC 61131-3 programs: half a millisecond.
+pub const TIME_UNIT: Picos = Picos(500_000_000);
+
 impl Expiry {
     /// Whether [`Timekeeping::are_kept`] concerns the timer: its flag stays on while it runs on, or its previous
     /// present value is known (`flag` or `previous` is set).
@@ -131,6 +134,12 @@ pub struct Timekeeping {
     /// Choices that depend on earlier scans, such as on elapsed time, in a way that runs of several scans do not
     /// follow. In such runs their value is unknown.
     pub untracked: BTreeSet<ChoiceId>,
+    /// Choices for a bit that is on once a time is over: the bit that is on while the time runs, and the time in units
+    /// of [`TIME_UNIT`].
+    pub ends: BTreeMap<ChoiceId, (Cell, u32)>,
+    /// Choices for a time of two words that goes on from scan to scan, in units of [`TIME_UNIT`]: the first cell that
+    /// the choice havocs, and the first cell of the time so far.
+    pub continued: BTreeMap<ChoiceId, [Cell; 2]>,
     /// The areas whose values do not persist from scan to scan.
     pub scratch: BTreeSet<AreaId>,
     /// For choices of [`super::ChoiceKind::ScanTicks`]: the largest number of units that one scan can take. The upper

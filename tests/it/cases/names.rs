@@ -469,18 +469,6 @@ fn one_input_has_one_value_under_all_its_names() {
             0,
         ),
         (
-            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF NOT a AND b.3 THEN Op4(); END_IF; END_PROGRAM",
-            0,
-        ),
-        (
-            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 8 THEN Op4(); END_IF; END_PROGRAM",
-            0,
-        ),
-        (
-            "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 9 THEN Op4(); END_IF; END_PROGRAM",
-            4000,
-        ),
-        (
             "PROGRAM p VAR a AT %IW4 : INT; b AT %IW4 : WORD; END_VAR IF a < 0 AND b < 16#8000 THEN Op4(); END_IF; END_PROGRAM",
             0,
         ),
@@ -530,10 +518,6 @@ fn one_input_has_one_value_under_all_its_names() {
             0,
         ),
         (
-            "PROGRAM p VAR a AT %MB0 : BYTE; b AT %MX0.0 : BOOL; END_VAR IF NOT b AND a.0 THEN Op4(); END_IF; END_PROGRAM",
-            0,
-        ),
-        (
             "PROGRAM p VAR a AT %QW0 : WORD; b AT %QW0 : INT; END_VAR IF b < 0 AND a < 16#8000 THEN Op4(); END_IF; a := a + 1; END_PROGRAM",
             0,
         ),
@@ -548,6 +532,15 @@ fn one_input_has_one_value_under_all_its_names() {
     let two = "PROGRAM p VAR a AT %IX0.0 : BOOL; m : BOOL; END_VAR g := a; END_PROGRAM
         PROGRAM q VAR a AT %IX0.0 : BOOL; END_VAR IF g <> a THEN Op4(); END_IF; END_PROGRAM VAR_GLOBAL g : BOOL; END_VAR";
     assert_eq!(exact(two), (0, 0));
+    // On some controllers, addresses of different sizes have memories of their own.
+    for text in [
+        "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF NOT a AND b.3 THEN Op4(); END_IF; END_PROGRAM",
+        "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 8 THEN Op4(); END_IF; END_PROGRAM",
+        "PROGRAM p VAR a AT %IX0.3 : BOOL; b AT %IB0 : BYTE; END_VAR IF a AND b < 9 THEN Op4(); END_IF; END_PROGRAM",
+        "PROGRAM p VAR a AT %MB0 : BYTE; b AT %MX0.0 : BOOL; END_VAR IF NOT b AND a.0 THEN Op4(); END_IF; END_PROGRAM",
+    ] {
+        assert_eq!(exact(text), (4000, 0), "{text}");
+    }
     // Which byte of a word comes first, and whether %IW1 is the bytes 1 and 2 or 2 and 3, differs by controller:
     // nothing is refuted by one of them alone.
     for text in [

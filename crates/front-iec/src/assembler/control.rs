@@ -82,6 +82,14 @@ struct Given {
     off: Logic,
 }
 
+/// The time of an input of an action's control.
+pub(crate) struct InputTime {
+    /// Whether it is 0 or less, so that it may be over at once.
+    pub(crate) is_over: Logic,
+    /// The time in units of half a millisecond, if it is a constant.
+    pub(crate) units: Option<u32>,
+}
+
 fn now(cell: Cell) -> Logic {
     Logic::cell(cell)
 }
@@ -97,14 +105,14 @@ fn left(memory: &Memory, steps: &[usize]) -> Logic {
 }
 
 impl Assembler {
-    /// Lowers the control of an action and charges it. `at_once`: for each input, whether its time is 0. `is_variable`:
-    /// whether the action is a Boolean variable.
+    /// Lowers the control of an action and charges it. `times`: the time of each input. `is_variable`: whether the
+    /// action is a Boolean variable.
     pub(crate) fn control(
         &mut self,
         memory: &Memory,
         action: &ActionMemory,
         whole: &Whole,
-        at_once: &[Logic],
+        times: &[InputTime],
         is_variable: bool,
     ) -> Output {
         let reset = self.keep_bit(action.active(memory, Qualifier::R));
@@ -119,11 +127,11 @@ impl Assembler {
             .filter(|(feed, _)| is_timed(feed))
             .map(|(feed, input)| (feed.qualifier, input.over, self.keep_bit(now(input.over))))
             .collect();
-        let inputs = action.feeds.iter().zip(&action.inputs).zip(at_once);
-        for ((feed, input), at_once) in inputs {
+        let inputs = action.feeds.iter().zip(&action.inputs).zip(times);
+        for ((feed, input), time) in inputs {
             keep.push(set(input.was, memory.active(&feed.steps)));
             let resets = action.has_reset().then_some(&reset);
-            let given = self.input((memory, whole), (feed, input), at_once, resets, &mut changes);
+            let given = self.input((memory, whole), (feed, input), time, resets, &mut changes);
             match feed.qualifier {
                 Qualifier::R | Qualifier::S => {}
                 Qualifier::P1 | Qualifier::P0 => pulses.push(given.on),
@@ -222,7 +230,7 @@ impl Assembler {
         &mut self,
         (memory, whole): (&Memory, &Whole),
         (feed, input): (&Feed, &InputMemory),
-        at_once: &Logic,
+        time: &InputTime,
         reset: Option<&Logic>,
         changes: &mut Vec<Write>,
     ) -> Given {
@@ -248,9 +256,10 @@ impl Assembler {
         };
         let anew = all([now(input.was), active.clone(), entered(memory, steps), apart.clone()]);
         let ran = self.keep_bit(all([now(input.was), anew.not()]));
-        let free = match feed.qualifier.is_timed() {
-            true => self.uncounted_bit(),
-            false => Logic::Const(false),
+        let free = match feed.qualifier {
+            Qualifier::L | Qualifier::D | Qualifier::Ds => self.time_bit(input.was, time.units),
+            _ if feed.qualifier.is_timed() => self.time_bit(input.stored, time.units),
+            _ => Logic::Const(false),
         };
         // L and D look at the time of their step.
         let early = match feed.qualifier {
@@ -267,7 +276,7 @@ impl Assembler {
             }
             _ => Logic::Const(false),
         };
-        let at_once = any([at_once.clone(), early]);
+        let at_once = any([time.is_over.clone(), early]);
         // A running timer may expire in any scan and stays expired. In the scan in which it starts, it expires only if
         // its time is 0.
         let over = |runs: Logic, ran: Logic| {

@@ -1,6 +1,7 @@
 //! The cells in which a chart keeps its state from scan to scan.
 
 use scanbound_iec::chart::{Chart, Feed, Qualifier};
+use scanbound_ir::tags::ValueForm;
 use scanbound_ir::{BitTarget, Cell, Logic, Tag, Type, Write};
 use std::sync::Arc;
 
@@ -58,7 +59,7 @@ fn bits(names: &[&str]) -> Type {
 /// The layout of a chart's state: the started bit, steps, macro steps, transitions, then actions.
 pub(crate) fn layout(chart: &Chart) -> Type {
     let mut all = vec![(STARTED.to_owned(), Type::Bit)];
-    let time = || ("T".to_owned(), Type::Words(2));
+    let time = || ("T".to_owned(), Type::Words(2, ValueForm::Time));
     let step = || {
         let flags = ["X", "was active"].map(|name| (name.to_owned(), Type::Bit));
         parts(flags.into_iter().chain([time()]))

@@ -22,16 +22,16 @@ pub(crate) fn mixed(one: Kind, two: Kind) -> Option<Kind> {
     crosses.then_some(Kind::Whole { bits: without, signed: true })
 }
 
-/// Gives a constant beside a number the kind of the same size but opposite signedness, if only that one holds it. Other
-/// values are unchanged.
+/// Gives a constant beside a number the kind of the smallest size, not below that of the number, in which it fits, if
+/// it fits there only with the opposite signedness. Other values are unchanged.
 pub(crate) fn typed(one: Value, two: Value) -> (Value, Value) {
-    let turned = |kind: Kind, value: i64| match kind {
-        Kind::Whole { bits: bits @ ..64, signed } => {
-            let other = Kind::Whole { bits, signed: !signed };
-            let crosses = holding(kind, value) != kind && holding(other, value) == other;
-            crosses.then(|| Value::Number(other, constant(value, other.words())))
-        }
-        _ => None,
+    let turned = |kind: Kind, value: i64| {
+        let Kind::Whole { bits: own, signed } = kind else { return None };
+        let holds = |kind: Kind| holding(kind, value) == kind;
+        let sizes = [8, 16, 32].into_iter().filter(|&bits| bits >= own);
+        let kinds = sizes.map(|bits| [signed, !signed].map(|signed| Kind::Whole { bits, signed }));
+        let [alike, other] = { kinds }.find(|kinds| kinds.iter().any(|&kind| holds(kind)))?;
+        (!holds(alike)).then(|| Value::Number(other, constant(value, other.words())))
     };
     match (one, two) {
         (Value::Number(kind, number), Value::Constant(value)) => {

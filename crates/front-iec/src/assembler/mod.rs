@@ -324,10 +324,13 @@ impl Assembler {
         self.keep_bit(Logic::Bit(scanbound_ir::BitSource::Free(choice)))
     }
 
-    /// A free bit that depends on elapsed time; a run from power-up does not track that time.
-    pub(crate) fn uncounted_bit(&mut self) -> Logic {
+    /// A free bit that is on once this many units of half a millisecond, if they are known, have passed since the bit
+    /// `running` came on. A run from power-up does not track that time.
+    pub(crate) fn time_bit(&mut self, running: Cell, units: Option<u32>) -> Logic {
         let choice = self.builder.external_choice();
-        self.builder.program.timekeeping.untracked.insert(choice);
+        let timekeeping = &mut self.builder.program.timekeeping;
+        timekeeping.untracked.insert(choice);
+        timekeeping.ends.extend(units.map(|units| (choice, (running, units))));
         Logic::Bit(scanbound_ir::BitSource::Free(choice))
     }
 

@@ -102,7 +102,9 @@ impl Assembler {
         let time = self.words_between(2);
         let choice = self.builder.external_choice();
         // A run from power-up does not track this time.
-        self.builder.program.timekeeping.untracked.insert(choice);
+        let timekeeping = &mut self.builder.program.timekeeping;
+        timekeeping.untracked.insert(choice);
+        timekeeping.continued.insert(choice, [time, before]);
         // A time is never negative.
         let sign = BitTarget::WordBit(time.plus(1), 15);
         let any_time = Write::Havoc(Region::Range { first: time, count: 2 }, choice);

@@ -2,7 +2,7 @@
 
 use super::Assembler;
 use super::open::parted;
-use super::types::{DINT, Kind};
+use super::types::{DINT, Kind, holding};
 use super::value::{Value, constant};
 use scanbound_ir::{
     BitSource, BitTarget, Cell, Logic, Number, Region, Tag, WordSource, WordTarget, Write,
@@ -30,8 +30,9 @@ impl Assembler {
                 Value::Address(Number::Words(words), can)
             }
             Value::Constant(value) => {
-                let words = self.copied(constant(value, 2), 2);
-                Value::Number(DINT, Number::Words(words))
+                let kind = holding(DINT, value);
+                let words = self.copied(constant(value, kind.words()), kind.words());
+                Value::Number(kind, Number::Words(words))
             }
             Value::Number(kind, number) => {
                 let words = self.copied(number, kind.words());

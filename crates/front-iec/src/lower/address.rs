@@ -1,21 +1,18 @@
 //! Direct addresses: a write to a variable is passed on to all variables that share its memory, or may share it.
 
-use super::spots::Spot;
+use super::spots::{Bits, Spot, WAYS};
 use crate::assembler::Assembler;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::types::Kind;
+use scanbound_iec_tree::tree::Tree;
+use scanbound_iec_tree::types::{Kind, Type, TypeId};
 use scanbound_ir::{
     BitTarget, Cell, Effect, Logic, Number, Region, RegionSet, WordSource, WordTarget, Write, flow,
 };
 use std::collections::BTreeSet;
 
-/// An area (I, Q or M), and the half-open range of bits in it, once for each way of numbering.
-pub(super) type Bits = (char, [(u64, u64); 2]);
-
-/// The bits that an address covers in both ways of numbering: in bytes, and in units of its own size. None if it is not
-/// an I, Q or M address with numbers.
+/// The bits that an address covers in both ways of numbering. None if it is not an I, Q or M address with numbers.
 pub(super) fn bits(address: &str) -> Option<Bits> {
     let rest = address.strip_prefix('%')?;
     let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
@@ -32,10 +29,13 @@ pub(super) fn bits(address: &str) -> Option<Bits> {
     let numbers = numbers.filter(|numbers| !numbers.is_empty())?;
     let (first, last) = (numbers[0], numbers[numbers.len() - 1]);
     let at = match (size, numbers.len()) {
-        // A bit of a byte, such as `%MX0.3`.
-        (1, 2..) => [first.checked_mul(8)?.checked_add(last)?; 2],
-        (1, _) => [first; 2],
-        _ => [first.checked_mul(8)?, first.checked_mul(size)?],
+        // A bit of a byte, such as `%MX0.3`, or of a word.
+        (1, 2..) => {
+            let [bytes, words] = [8, 16].map(|unit| first.checked_mul(unit)?.checked_add(last));
+            [bytes?, bytes?, words?]
+        }
+        (1, _) => [first; WAYS],
+        _ => [first.checked_mul(8)?, first.checked_mul(size)?, first.checked_mul(size)?],
     };
     Some((area, at.map(|at| (at, at.saturating_add(size)))))
 }
@@ -51,30 +51,37 @@ pub(super) struct Located {
 
 impl Located {
     /// A variable at a direct address. None if the address cannot be read.
-    pub(super) fn new(spot: &Spot, kind: Option<Kind>, address: &str) -> Option<Located> {
+    pub(super) fn new(tree: &Tree, spot: &Spot, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
         let (area, mut taken) = bits(&address)?;
-        // A structure or an array takes more than its first part, and so does a type larger than the address says. In
-        // an array or structure, each bit may take a whole byte.
-        let [bits, words] = spot.tag.of.size()?;
-        let bit = if bits > 1 { 8 } else { 1 };
-        let size = match kind {
-            Some(Kind::Whole { bits, .. }) => u64::from(bits),
-            _ => bit * u64::from(bits) + 16 * u64::from(words),
+        let kind = tree.types.kind(spot.ty);
+        // A structure or an array takes more than its first part, and so does a type larger than the address says.
+        let most_bits = match tree.types.get(spot.ty) {
+            Type::Elementary(_) if kind.is_none() => 1,
+            _ => Extent::of(tree, spot.ty).bits,
         };
-        taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(size)));
+        taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(most_bits)));
         Some(Located { spot: spot.clone(), kind, address, taken: (area, taken) })
+    }
+
+    /// Whether the same content of both variables' memory is the same value in the modelled words.
+    fn is_alike(&self, other: &Located) -> bool {
+        let is_byte = |kind: Kind| matches!(kind, Kind::Whole { bits: ..16, .. });
+        match self.kind.zip(other.kind) {
+            // Controllers represent TIME differently. A number of eight bits is extended by its sign to a word.
+            Some((one, of)) => {
+                let differs = |kind: Kind| is_byte(kind) || kind == Kind::Time;
+                one == of || one.words() == of.words() && !differs(one) && !differs(of)
+            }
+            None => self.spot.ty == other.spot.ty,
+        }
     }
 
     /// What another variable becomes when this one is written: the same value if both have the same address and layout,
     /// else any value.
     fn passes_to(&self, other: &Located) -> Passes {
         let one = self.spot.tag.cell().zip(other.spot.tag.cell());
-        match one
-            .filter(|_| self.address == other.address && self.spot.tag.of == other.spot.tag.of)
-            // Controllers represent TIME differently.
-            .filter(|_| (self.kind == Some(Kind::Time)) == (other.kind == Some(Kind::Time)))
-        {
+        match one.filter(|_| self.address == other.address && self.is_alike(other)) {
             None => Passes::Any(other.spot.tag.regions()),
             Some((from, to)) => match self.spot.tag.of.size() {
                 Some([1, 0]) => {
@@ -88,6 +95,63 @@ impl Located {
                 _ => Passes::Any(other.spot.tag.regions()),
             },
         }
+    }
+}
+
+/// The most memory that a value takes on any controller, and the multiple of bits at which it begins: parts of
+/// structures are aligned to their own size, and packed closer on some controllers. A bit in a structure or an array
+/// may take a byte.
+#[derive(Clone, Copy)]
+struct Extent {
+    bits: u64,
+    aligned_to: u64,
+}
+
+impl Extent {
+    fn of(tree: &Tree, ty: TypeId) -> Extent {
+        let simple = |bits: u64| Extent { bits, aligned_to: bits.clamp(8, 64) };
+        match tree.types.get(ty) {
+            Type::Elementary(of) => simple(match of.kind() {
+                None => 8,
+                Some(Kind::Whole { bits, .. }) => bits.into(),
+                Some(kind) => 16 * u64::from(kind.words()),
+            }),
+            // Characters of two bytes, an end and a length. Some controllers give every string the same room.
+            Type::Text(characters) => {
+                Extent { bits: 16 * u64::from((*characters).max(126) + 2), aligned_to: 16 }
+            }
+            Type::Array(dimensions, of) => {
+                let counts = dimensions.iter().map(|(low, high)| high.abs_diff(low - 1));
+                let Extent { bits, aligned_to } = Extent::of(tree, *of);
+                Extent { bits: counts.fold(bits, u64::saturating_mul), aligned_to }
+            }
+            Type::Struct(id) => {
+                let parts = tree.types.parts(*id).iter().map(|(_, of)| *of);
+                Extent::of_parts(parts.map(|part| Extent::of(tree, part)))
+            }
+            Type::Block(unit) => {
+                let parts = tree.members(*unit).into_iter().map(|id| tree.variable(id).ty);
+                let methods = simple(64);
+                Extent::of_parts(
+                    [methods].into_iter().chain(parts.map(|part| Extent::of(tree, part))),
+                )
+            }
+            Type::Standard(block) => Extent::of_parts(block.pins().map(|_| simple(64))),
+            Type::Interface(_)
+            | Type::Reference(..)
+            | Type::Untyped
+            | Type::Unknown
+            | Type::Nothing
+            | Type::Faulty(_) => simple(64),
+        }
+    }
+
+    fn of_parts(parts: impl Iterator<Item = Extent>) -> Extent {
+        let whole = parts.fold(Extent { bits: 0, aligned_to: 8 }, |whole, part| Extent {
+            bits: whole.bits.next_multiple_of(part.aligned_to).saturating_add(part.bits),
+            aligned_to: whole.aligned_to.max(part.aligned_to),
+        });
+        Extent { bits: whole.bits.next_multiple_of(whole.aligned_to), ..whole }
     }
 }
 
@@ -143,7 +207,7 @@ impl Index {
 pub(super) fn meeting(all: impl Iterator<Item = Bits>) -> BTreeSet<(usize, usize)> {
     let all: Vec<Bits> = all.collect();
     let mut found = BTreeSet::new();
-    for side in 0..2 {
+    for side in 0..WAYS {
         let mut order: Vec<usize> = (0..all.len()).collect();
         order.sort_by_key(|&at| (all[at].0, all[at].1[side].0));
         for (at, &one) in order.iter().enumerate() {
@@ -229,6 +293,7 @@ mod tests {
         assert!(meet("%MW1", "%MB2"));
         assert!(meet("%QW1", "%QW2"));
         assert!(meet("%QX0.0", "%QX0.0"));
+        assert!(meet("%MX3.1", "%MB6"));
         assert!(!meet("%QX0.0", "%QX0.1"));
         assert!(!meet("%QX0.0", "%MX0.0"));
         assert!(!meet("%MW0", "%MW8"));

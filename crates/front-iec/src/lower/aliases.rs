@@ -39,11 +39,12 @@ impl Lower<'_> {
             }
         }
         let handed: Vec<&Place> = handed_over(call).collect();
-        if handed.is_empty() && !written_by(call).iter().any(|place| place.has_open_index()) {
+        let written = written_by(call);
+        if handed.is_empty() && written.iter().all(|place| self.is_fixed(at, place)) {
             return Ok(());
         }
         let within = self.effects_of(called);
-        self.outputs_stay(at, &written_by(call), call.given(), within.clone(), line)?;
+        self.outputs_stay(at, &written, call.given(), within.clone(), line)?;
         let mut before = Effects::default();
         for place in handed {
             let own = self.found(|own, found| own.written(at, place, found));
@@ -71,26 +72,31 @@ impl Lower<'_> {
         mut within: Effects,
         line: u32,
     ) -> Result<(), Fault> {
-        if !places.iter().any(|place| place.has_open_index()) {
+        let moving: Vec<&Place> =
+            places.iter().copied().filter(|place| !self.is_fixed(at, place)).collect();
+        if moving.is_empty() {
             return Ok(());
         }
         given.for_each(|one| self.of_expr(at, one, &mut within));
         places.iter().for_each(|place| self.written(at, place, &mut within));
-        for place in places {
-            for index in place.open_indices() {
-                let looked = self.found(|own, found| own.of_expr(at, index, found));
-                if index.calls() || within.changes(&looked) {
-                    let message = format!(
-                        "the variable that {} refers to may change while the call runs",
-                        place.text
-                    );
-                    let help =
-                        "assign the index or the address to a variable that nothing else writes";
-                    return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
-                }
+        for place in moving {
+            let looked = self.found(|own, found| own.led_to(at, place, found));
+            if place.indices().any(Expr::calls) || within.changes(&looked) {
+                let message = format!(
+                    "the variable that {} refers to may change while the call runs",
+                    place.text
+                );
+                let help = "assign the index or the address to a variable that nothing else writes";
+                return Err(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
             }
         }
         Ok(())
+    }
+
+    /// Whether a path always leads to the same place: its indices are constants, and each of its references has only
+    /// one target.
+    fn is_fixed(&mut self, at: &Context, place: &Place) -> bool {
+        !place.has_open_index() && references_in(place).iter().all(|one| self.means_one(at, one))
     }
 
     /// Refuses a call that may change which instance its path selects, or whose path changes what the call reads. Some
@@ -103,8 +109,7 @@ impl Lower<'_> {
         call: &Call,
         line: u32,
     ) -> Result<(), Fault> {
-        if !place.has_open_index() && references_in(place).iter().all(|one| self.means_one(at, one))
-        {
+        if self.is_fixed(at, place) {
             return Ok(());
         }
         let looked = self.found(|own, found| own.led_to(at, place, found));

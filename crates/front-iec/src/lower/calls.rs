@@ -331,10 +331,11 @@ impl Lower<'_> {
             }
             Target::Program(place, unit) => {
                 let instance = self.instance_of(at, place, line)?;
-                let spot = self.instances[instance].spot.clone();
-                self.hand_over(at, &Callee::Unit(spot, *unit), call, line)?;
+                let callee = Callee::Unit(self.instances[instance].spot.clone(), *unit);
+                self.has_one_name(at, (instance, Entry::Body), call, line)?;
+                self.hand_over(at, &callee, call, line)?;
                 self.call(instance, Entry::Body);
-                Ok(())
+                self.take_back(at, &callee, call, line)
             }
             Target::Action(place, action) => {
                 if self
@@ -352,10 +353,11 @@ impl Lower<'_> {
                 if instance != at.instance {
                     self.member_names_handed((instance, entry), line)?;
                 }
-                let spot = self.instances[instance].spot.clone();
-                self.hand_over(at, &Callee::Unit(spot, unit), call, line)?;
+                let callee = Callee::Unit(self.instances[instance].spot.clone(), unit);
+                self.has_one_name(at, (instance, entry), call, line)?;
+                self.hand_over(at, &callee, call, line)?;
                 self.call(instance, entry);
-                Ok(())
+                self.take_back(at, &callee, call, line)
             }
             Target::BaseBody(base) => {
                 let unit = self.instances[at.instance].unit;
@@ -369,7 +371,12 @@ impl Lower<'_> {
                 }
                 self.hand_over(at, &callee, call, line)?;
                 match entry {
-                    Some(entry) => self.call(at.instance, entry),
+                    Some(entry) if entry == own => self.call(at.instance, entry),
+                    Some(entry) => {
+                        let carries = self.carries_inherited_body();
+                        self.call(at.instance, entry);
+                        self.land(carries);
+                    }
                     None => self.cost(&["CAL"], "call"),
                 }
                 self.take_back(at, &callee, call, line)
@@ -467,6 +474,7 @@ impl Lower<'_> {
                 Passed::Output(..) | Passed::Dropped => {}
             }
         }
+        self.addresses_stay(callee, &one_way, line)?;
         let (mut found, mut wholes) = (Vec::new(), Vec::new());
         for (group, is_both) in [(one_way, false), (both, true)] {
             if !calls_any {
@@ -531,6 +539,35 @@ impl Lower<'_> {
     }
 
     /// After a call: copies VAR_IN_OUT arguments back to the caller's variables, then assigns the outputs.
+    /// Refuses addresses as numbers for code that is missing: it is not known what it writes there.
+    fn addresses_stay(
+        &self,
+        callee: &Callee,
+        passed: &[(Spot, &Expr)],
+        line: u32,
+    ) -> Result<(), Fault> {
+        let tree = self.tree;
+        let is_missing = match callee {
+            Callee::Unit(_, unit) => tree.routine(tree.unit(*unit).body).stated.is_some(),
+            Callee::Method(_, method) => tree.routine(*method).stated.is_some(),
+            _ => false,
+        };
+        let is_address = |(_, one): &&(Spot, &Expr)| {
+            matches!(one.kind, ExprKind::Address(_)) || tree.types.is_reference(one.ty)
+        };
+        match passed.iter().find(is_address).filter(|_| is_missing) {
+            Some((to, _)) => {
+                let told = format!(
+                    "{} gets an address: it is not known what the called code writes there",
+                    to.name
+                );
+                let help = "give its source, or a substitute whose body has the same effects";
+                Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
+            }
+            None => Ok(()),
+        }
+    }
+
     fn take_back(
         &mut self,
         at: &Context,

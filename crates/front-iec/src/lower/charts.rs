@@ -4,7 +4,7 @@ use super::Lower;
 use super::spots::Context;
 use super::statements::JumpTargets;
 use crate::assembler::Assembler;
-use crate::assembler::control::Whole;
+use crate::assembler::control::{InputTime, Whole};
 use crate::assembler::memory::{Memory, all, any, layout, memory, set};
 use crate::assembler::numbers::read;
 use crate::assembler::types::{Kind, Ty};
@@ -512,9 +512,9 @@ impl<'t> Lower<'t> {
             self.at(one.line, &text);
             let from = self.builder.next();
             let kinds = action.feeds.iter().map(|feed| feed.qualifier);
-            let at_once = self.times_over(own.at, one, kinds);
+            let times = self.input_times(own.at, one, kinds);
             let is_variable = matches!(one.body, ActionBody::Variable(_));
-            outputs.push(self.control(memory, action, &whole, &at_once, is_variable));
+            outputs.push(self.control(memory, action, &whole, &times, is_variable));
             self.counted_part(from, one.line, &text, one.blocks);
         }
         let keep = memory.were.iter().zip(&memory.steps);
@@ -556,37 +556,41 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// For each input of an action's control: whether its time is 0 or less, so that it may expire at once.
-    fn times_over(
+    /// The time of each input of an action's control.
+    fn input_times(
         &mut self,
         at: &Context,
         action: &Action,
         kinds: impl Iterator<Item = Qualifier>,
-    ) -> Vec<Logic> {
+    ) -> Vec<InputTime> {
         let mut found = Vec::new();
         for (time, kind) in action.times.iter().zip(kinds) {
             let Some(time) = time.as_ref().map(|time| time.unconverted()) else {
-                found.push(Logic::Const(kind.is_timed()));
+                found.push(InputTime { is_over: Logic::Const(kind.is_timed()), units: None });
                 continue;
             };
             if let ExprKind::Time(time) = time.kind {
                 // Controllers differ in when a time of 0 ends, and whether it ends at all. On some, a time below 1 ms
                 // is 0; and what is not modelled may be any time.
-                found.push(match time_in_units(time) {
+                let units = time_in_units(time);
+                let is_over = match units {
                     Some(1..) => Logic::Const(false),
                     _ => self.left_open(),
-                });
+                };
+                let units = units.and_then(|units| u32::try_from(units).ok());
+                found.push(InputTime { is_over, units });
                 continue;
             }
             let number = self.value(at, time);
             let number = number.map(|value| self.as_number(value, Kind::Time));
-            found.push(match number {
+            let is_over = match number {
                 Ok(number) => self.is_no_time(number),
                 Err(fault) => {
                     self.fault(fault);
                     Logic::Const(false)
                 }
-            });
+            };
+            found.push(InputTime { is_over, units: None });
         }
         found
     }

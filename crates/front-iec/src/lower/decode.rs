@@ -339,7 +339,7 @@ impl<'t> Lower<'t> {
     }
 
     /// All variables that are declared with an address, and all addresses that the code uses directly.
-    fn located(&mut self) -> Vec<Located> {
+    pub(super) fn located(&mut self) -> Vec<Located> {
         let tree = self.tree;
         let mut found = Vec::new();
         for Instance { unit, spot } in self.instances.clone() {
@@ -361,7 +361,7 @@ impl<'t> Lower<'t> {
     }
 
     fn located_at(&self, spot: &Spot, address: &str) -> Option<Located> {
-        Located::new(spot, self.tree.types.kind(spot.ty), address)
+        Located::new(self.tree, spot, address)
     }
 
     /// Adds the instruction that sets initial values in the first scan, and returns its index. Its writes are added
@@ -537,6 +537,7 @@ fn finish(
     asked: &scanbound_front::Options<'_>,
 ) -> Program {
     program.mains = vec![main];
+    program.interval = tasks.first().and_then(|task| known_task(tree, task).interval);
     if tasks.len() > 1 {
         program.tasks = tasks.iter().map(|task| known_task(tree, task)).collect();
         // If the tasks share one input image, a task that starts refreshes it while another one runs.

@@ -1,11 +1,11 @@
 //! Computes which cells code reads and writes, including all that it calls, separately for each instance. As effects
 //! are cells, two names of one variable are recognised as one. A variable with an address also has its address bits,
-//! numbered in both ways that controllers use.
+//! numbered in all ways that controllers use.
 
-use super::address::bits;
+use super::address::Located;
 use super::cells::{Cells, Effects, add};
 use super::references::references_in;
-use super::spots::{Context, Spot};
+use super::spots::{Bits, Context, Spot};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
@@ -18,9 +18,9 @@ use scanbound_iec_tree::tree::{
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{AreaId, Cell, RegionSet};
 
-/// The first of six pseudo areas for the bits of direct addresses: inputs, outputs and memory, each in both ways of
+/// The first of nine pseudo areas for the bits of direct addresses: inputs, outputs and memory, each in all ways of
 /// numbering. No variable is stored there.
-const BITS: u16 = u16::MAX - 6;
+const BITS: u16 = u16::MAX - 9;
 
 /// A pseudo area with one cell for the whole state of each chart.
 const CHARTS: u16 = BITS - 1;
@@ -71,7 +71,11 @@ impl Lower<'_> {
         let own: RegionSet = own.into_iter().chain(frame).collect();
         // Variables of functions and methods are initialised at every call; those of the code itself still count.
         let functions = &self.memory.begin_anew;
-        found.lasting(|region| !functions.overlaps(region) || own.overlaps(region))
+        // A reference may lead to those of a call around this one.
+        let targets = &self.memory.targets.regions;
+        found.lasting(|region| {
+            !functions.overlaps(region) || own.overlaps(region) || targets.overlaps(region)
+        })
     }
 
     /// Collects effects in a new set and returns it.
@@ -474,8 +478,9 @@ impl Lower<'_> {
         match place.root {
             Root::Variable(id) => self.add_address(id, &spot, &mut found),
             Root::Address(id) => {
-                let text = self.tree.address(id).text.clone();
-                add_bits(&text, &spot, &mut found);
+                let text = &self.tree.address(id).text;
+                let located = Located::new(self.tree, &spot, text);
+                located.into_iter().for_each(|one| add_bits(one.taken, &mut found));
             }
             Root::This | Root::Program(_) | Root::Temporary(_) | Root::Target(_) => {}
         }
@@ -493,6 +498,7 @@ impl Lower<'_> {
                 let target = self.memory.targets.spots[at].clone();
                 let unit = self.unit_of(target.ty);
                 self.add_cells(target, unit, rest, found);
+                self.add_target_address(at, found);
             }
             return;
         }
@@ -526,10 +532,11 @@ impl Lower<'_> {
         let mut ty = of;
         for (at, step) in steps.iter().enumerate() {
             if matches!(step, Step::Dereference) {
-                for target in self.candidates(ty) {
-                    let target = self.memory.targets.spots[target].clone();
+                for number in self.candidates(ty) {
+                    let target = self.memory.targets.spots[number].clone();
                     let unit = self.unit_of(target.ty);
                     self.add_cells(target, unit, &steps[at + 1..], found);
+                    self.add_target_address(number, found);
                 }
                 return;
             }
@@ -540,9 +547,17 @@ impl Lower<'_> {
         }
     }
 
+    /// Adds the addresses at which a target of references is.
+    fn add_target_address(&self, target: usize, found: &mut Cells) {
+        let addresses = self.memory.targets.addresses.get(target);
+        addresses.into_iter().flatten().for_each(|&taken| add_bits(taken, found));
+    }
+
     fn add_address(&self, id: VarId, spot: &Spot, found: &mut Cells) {
-        if let Some(text) = &self.tree.variable(id).at {
-            add_bits(text, spot, found);
+        if let Some(text) = &self.tree.variable(id).at
+            && let Some(located) = Located::new(self.tree, spot, text)
+        {
+            add_bits(located.taken, found);
         }
     }
 
@@ -574,22 +589,16 @@ fn elements(dimensions: &[(i64, i64)]) -> i64 {
 }
 
 /// Adds the pseudo cells of the bits of an address, in both ways of numbering. Nothing for an address of another form.
-fn add_bits(address: &str, spot: &Spot, found: &mut Cells) {
-    let Some((area, taken)) = bits(&address.to_ascii_uppercase()) else { return };
+fn add_bits((area, taken): Bits, found: &mut Cells) {
     let number = match area {
         'I' => 0,
-        'Q' => 2,
-        _ => 4,
+        'Q' => 3,
+        _ => 6,
     };
-    let size = spot.tag.of.size().unwrap_or([0, 0]);
-    // In an array or structure, each bit may take a whole byte.
-    let bit = if size[0] > 1 { 8 } else { 1 };
-    let size = bit * u64::from(size[0]) + 16 * u64::from(size[1]);
     for (side, (from, to)) in (0..).zip(taken) {
-        let count = (to - from).max(size);
         let index = u32::try_from(from).unwrap_or(u32::MAX / 2);
         let first = Cell { area: AreaId(BITS + number + side), index };
-        found.insert((first, u32::try_from(count).unwrap_or(u32::MAX / 2)));
+        found.insert((first, u32::try_from(to - from).unwrap_or(u32::MAX / 2)));
     }
 }
 

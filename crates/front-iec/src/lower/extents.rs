@@ -9,9 +9,11 @@ use crate::assembler::types::{Extent, TEXT};
 use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
+use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::standard::{Function, Simple};
-use scanbound_iec_tree::tree::{Expr, ExprKind, Root};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step as PathStep};
 use scanbound_iec_tree::types::{Type as Typed, TypeId};
 use scanbound_ir::{Step, TimingKey, Write};
 
@@ -109,6 +111,7 @@ impl Lower<'_> {
             ExprKind::Text(text) => Extent::Characters(characters(text)),
             ExprKind::Read(place) => match place.root {
                 Root::Temporary(id) => self.kept.extents.get(&id).copied().unwrap_or(Extent::One),
+                _ if self.is_lent(place) => self.longest_text(one.ty),
                 _ => self.extent_as(one.ty),
             },
             ExprKind::Call(_) => self.extent_as(one.ty),
@@ -124,6 +127,29 @@ impl Lower<'_> {
                 }
             },
             _ => Extent::One,
+        }
+    }
+
+    /// Whether a place is a variable of the caller or the target of a reference. Controllers differ in whether a text
+    /// there may be longer than declared.
+    fn is_lent(&self, place: &Place) -> bool {
+        let is_in_out = |id: VarId| self.tree.variable(id).section == Section::InOut;
+        match (place.steps.last(), place.root) {
+            (None, Root::Variable(id)) => is_in_out(id),
+            (Some(PathStep::Member(id)), _) => is_in_out(*id),
+            (Some(PathStep::Dereference), _) => true,
+            _ => false,
+        }
+    }
+
+    /// The extent of a text of this type that may be any text of the project, or of another type: its own.
+    fn longest_text(&self, ty: TypeId) -> Extent {
+        let extent = self.extent_as(ty);
+        match self.tree.types.get(ty) {
+            Typed::Text(_) => {
+                extent.larger(Extent::Characters(self.tree.types.longest_text().into()))
+            }
+            _ => extent,
         }
     }
 

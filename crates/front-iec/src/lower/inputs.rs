@@ -3,7 +3,7 @@
 
 use super::Lower;
 use super::address::{Located, bits, meeting};
-use super::spots::{Instance, Spot};
+use super::spots::{Instance, Spot, WAYS};
 use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code;
 use scanbound_front::builder::always;
@@ -14,9 +14,11 @@ use scanbound_iec_tree::types::{Kind, Type as Typed, TypeId};
 use scanbound_ir::{BitSource, BitTarget, Cell, ChoiceKind, Logic, Region, Step, Tag, Type, Write};
 use std::collections::BTreeSet;
 
-/// Reasons for the report: two points on which controllers differ.
+/// Reasons for the report: points on which controllers differ.
 const OWN_UNITS: &str = "addresses may count units of their own size, or bytes";
+const BITS_OF_WORDS: &str = "the first number of a bit address may count words, or bytes";
 const HIGH_FIRST: &str = "the low or the high byte of a word may come first at an address";
+const APART: &str = "addresses of different sizes may have the same memory, or one for each size";
 
 /// The most elements of an array that are compared by address one by one. Larger arrays that share bits are refused.
 const MAX_SHARED: i64 = 100_000;
@@ -27,15 +29,43 @@ const MAX_CONSTRAINED: usize = 4096;
 /// The instruction that gives variables with shared bits their values when a scan begins.
 pub(super) struct Image {
     at: usize,
-    /// Two free bits: whether addresses count units of their own size, and whether words begin with their high byte.
     /// None if it makes no difference.
-    readings: Option<[Logic; 2]>,
+    readings: Option<Readings>,
 }
 
-/// A reading of addresses: whether they count units of their own size, and whether the high byte comes first.
-type Reading = (bool, bool);
+/// Free bits that say what the controller does.
+struct Readings {
+    /// Whether addresses count units of their own size.
+    units: Logic,
+    /// Whether bit addresses then count words.
+    bits_of_words: Logic,
+    /// Whether words begin with their high byte.
+    high_first: Logic,
+    /// Whether each size has a memory of its own (OpenPLC).
+    apart: Logic,
+}
 
-const READINGS: [Reading; 4] = [(false, false), (false, true), (true, false), (true, true)];
+/// A reading of addresses: the way of numbering, and whether the high byte comes first.
+type Reading = (usize, bool);
+
+/// The readings in which addresses of different sizes have the same memory.
+const READINGS: [Reading; 2 * WAYS] =
+    [(0, false), (0, true), (1, false), (1, true), (2, false), (2, true)];
+
+impl Readings {
+    /// True where the controller reads addresses so.
+    fn hold(&self, (way, is_high_first): Reading) -> Logic {
+        let is = |reading: &Logic, is: bool| match is {
+            true => reading.clone(),
+            false => reading.clone().not(),
+        };
+        let mut all = vec![is(&self.units, way > 0), is(&self.high_first, is_high_first)];
+        if way > 0 {
+            all.push(is(&self.bits_of_words, way > 1));
+        }
+        Logic::All(all)
+    }
+}
 
 /// The shape of a type: one bit (None) or number, or several values.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -50,18 +80,18 @@ struct Shared {
     spot: Spot,
     /// The shape of its type: one bit or number, or several values.
     kind: Shape,
-    /// The address of its first bit, in both ways of numbering.
-    first: [u64; 2],
+    /// The address of its first bit, in all ways of numbering.
+    first: [u64; WAYS],
     /// Its size in bits. None if it is neither a bit nor an integer nor a REAL.
     size: Option<u64>,
-    end: [u64; 2],
+    end: [u64; WAYS],
     number: usize,
 }
 
 impl Shared {
     fn meets(&self, other: &Shared) -> bool {
         self.area == other.area
-            && (0..2).any(|side| {
+            && (0..WAYS).any(|side| {
                 self.first[side] < other.end[side] && other.first[side] < self.end[side]
             })
     }
@@ -71,16 +101,16 @@ impl Shared {
     }
 
     /// The address of one of its bits, in a reading of addresses.
-    fn address(&self, bit: u64, (units, high_first): Reading) -> u64 {
+    fn address(&self, bit: u64, (way, high_first): Reading) -> u64 {
         let size = self.size.unwrap_or(1);
         let byte = if high_first { (size - 1) / 8 - bit / 8 } else { bit / 8 };
-        self.first[usize::from(units)] + 8 * byte + bit % 8
+        self.first[way] + 8 * byte + bit % 8
     }
 
     /// Its bit at an address, in a reading of addresses. None if the address is outside it.
-    fn bit_at(&self, address: u64, (units, high_first): Reading) -> Option<BitTarget> {
+    fn bit_at(&self, address: u64, (way, high_first): Reading) -> Option<BitTarget> {
         let size = self.size?;
-        let offset = address.checked_sub(self.first[usize::from(units)]).filter(|&at| at < size)?;
+        let offset = address.checked_sub(self.first[way]).filter(|&at| at < size)?;
         let byte = if high_first { (size - 1) / 8 - offset / 8 } else { offset / 8 };
         self.bit(8 * byte + offset % 8)
     }
@@ -103,7 +133,12 @@ impl Lower<'_> {
             return None;
         }
         self.at(1, "addresses with several names");
-        let readings = differs.then(|| [OWN_UNITS, HIGH_FIRST].map(|why| self.any_bit(why)));
+        let readings = differs.then(|| Readings {
+            units: self.any_bit(OWN_UNITS),
+            bits_of_words: self.any_bit(BITS_OF_WORDS),
+            high_first: self.any_bit(HIGH_FIRST),
+            apart: self.any_bit(APART),
+        });
         Some(Image { at: self.assembler().builder.add(None, Vec::new(), Step::Nothing), readings })
     }
 
@@ -144,7 +179,8 @@ impl Lower<'_> {
         // A variable is computed from variables that are at least as large.
         let length = |one: &Shared| one.end[0] - one.first[0];
         all.sort_by_key(|one| (std::cmp::Reverse(length(one)), one.number));
-        let taken = |one: &Shared| (one.area, [0, 1].map(|side| (one.first[side], one.end[side])));
+        let taken =
+            |one: &Shared| (one.area, std::array::from_fn(|side| (one.first[side], one.end[side])));
         let pairs = meeting(all.iter().map(taken));
         let mut writes = Vec::new();
         let mut later = vec![Vec::new(); all.len()];
@@ -168,8 +204,7 @@ impl Lower<'_> {
                 Some(readings)
                     if own.size.is_some() && others.iter().all(|one| one.size.is_some()) =>
                 {
-                    let readings = readings.clone();
-                    writes.extend(self.worked_out_by_bits(own, &others, &readings));
+                    writes.extend(self.worked_out_by_bits(own, &others, readings));
                 }
                 _ => {
                     let told = format!(
@@ -191,8 +226,9 @@ impl Lower<'_> {
         &mut self,
         own: &Shared,
         others: &[&Shared],
-        readings: &[Logic; 2],
+        readings: &Readings,
     ) -> Vec<Write> {
+        let is_apart = others.iter().any(|other| other.size != own.size);
         let mut writes = Vec::new();
         for bit in 0..own.size.unwrap_or(0) {
             let Some(target) = own.bit(bit) else { continue };
@@ -200,24 +236,25 @@ impl Lower<'_> {
                 let address = own.address(bit, reading);
                 others.iter().find_map(|other| other.bit_at(address, reading))
             });
-            let value = if sources.iter().all(|source| source == &sources[0]) {
+            let shared = if sources.iter().all(|source| source == &sources[0]) {
                 self.shared_bit(own.area, sources[0], target)
             } else {
                 let mut ways = Vec::new();
-                for (source, (units, high_first)) in sources.into_iter().zip(READINGS) {
-                    let holds = |reading: &Logic, is: bool| match is {
-                        true => reading.clone(),
-                        false => reading.clone().not(),
-                    };
+                for (source, reading) in sources.into_iter().zip(READINGS) {
                     let value = self.shared_bit(own.area, source, target);
-                    let [first, second] = readings;
-                    ways.push(Logic::All(vec![
-                        holds(first, units),
-                        holds(second, high_first),
-                        value,
-                    ]));
+                    ways.push(Logic::All(vec![readings.hold(reading), value]));
                 }
                 Logic::Any(ways)
+            };
+            let value = match is_apart {
+                false => shared,
+                true => Logic::Any(vec![
+                    Logic::All(vec![
+                        readings.apart.clone(),
+                        self.shared_bit(own.area, None, target),
+                    ]),
+                    Logic::All(vec![readings.apart.clone().not(), shared]),
+                ]),
             };
             writes.push(Write::Bit(target, value));
         }

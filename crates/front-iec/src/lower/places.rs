@@ -11,6 +11,7 @@ use scanbound_iec_tree::declarations::{AddressId, Owner, RoutineId, TempId, Unit
 use scanbound_iec_tree::tree::{Expr, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Kind, Type as Typed, TypeId};
 use scanbound_ir::errors::is_outside;
+use scanbound_ir::tags::ValueForm;
 use scanbound_ir::{Number, Type};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -23,6 +24,18 @@ fn too_large(line: u32, name: &str) -> Fault {
         .code(Code::TooLarge)
 }
 
+/// The memory layout of a number or time.
+fn words(kind: Kind) -> Type {
+    let form = match kind {
+        Kind::Whole { signed: true, .. } => ValueForm::Signed,
+        Kind::Whole { signed: false, .. } => ValueForm::Unsigned,
+        Kind::Real => ValueForm::Real,
+        Kind::Time => ValueForm::Time,
+        Kind::Opaque(_) => ValueForm::Opaque,
+    };
+    Type::Words(kind.words(), form)
+}
+
 impl<'t> Lower<'t> {
     /// The memory layout of a type. A fault if the type, or a unit in it, has one.
     pub(super) fn layout(&mut self, ty: TypeId) -> Result<Type, Fault> {
@@ -33,10 +46,12 @@ impl<'t> Lower<'t> {
         let found = match tree.types.get(ty) {
             Typed::Elementary(of) => match of.kind() {
                 None => Type::Bit,
-                Some(kind) => Type::Words(kind.words()),
+                Some(kind) => words(kind),
             },
             // One word stands for a text; a reference needs no more.
-            Typed::Text(_) | Typed::Reference(..) | Typed::Interface(_) => Type::Words(1),
+            Typed::Text(_) | Typed::Reference(..) | Typed::Interface(_) => {
+                Type::Words(1, ValueForm::Opaque)
+            }
             Typed::Array(dimensions, of) => {
                 let of = self.layout(*of)?;
                 dimensions.iter().rev().fold(of, |of, (low, high)| {
@@ -53,7 +68,7 @@ impl<'t> Lower<'t> {
             }
             Typed::Standard(block) => {
                 let pin = |pin: Pin| {
-                    let of = pin.of().kind().map_or(Type::Bit, |kind| Type::Words(kind.words()));
+                    let of = pin.of().kind().map_or(Type::Bit, words);
                     (pin.name().to_owned(), of)
                 };
                 Type::Parts(Arc::new(block.pins().map(pin).collect()))
@@ -73,7 +88,7 @@ impl<'t> Lower<'t> {
                 }
             }
             Typed::Faulty(at) => return Err(tree.types.fault(*at)),
-            Typed::Untyped | Typed::Unknown | Typed::Nothing => Type::Words(1),
+            Typed::Untyped | Typed::Unknown | Typed::Nothing => Type::Words(1, ValueForm::Opaque),
         };
         self.memory.layouts[ty.index()] = Some(found.clone());
         Ok(found)

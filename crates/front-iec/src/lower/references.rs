@@ -5,6 +5,7 @@
 //! through a reference is lowered once for each variable to which it can point, behind a test of the word; without a
 //! test if there is only one.
 
+use super::address::Located;
 use super::cells::encloses;
 use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
@@ -16,7 +17,7 @@ use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step};
 use scanbound_iec_tree::types::{DINT, Type as Typed, TypeId};
 use scanbound_ir::errors::is_outside;
-use scanbound_ir::{Logic, Number, NumberFormat, Region, Relation, WordSource};
+use scanbound_ir::{Logic, Number, NumberFormat, Region, RegionSet, Relation, WordSource};
 
 /// The most variables to which one reference may point; beyond, it is refused.
 const MOST: usize = 64;
@@ -113,12 +114,27 @@ impl<'t> Lower<'t> {
             self.routines.task = 0;
             self.effects.clear();
             if self.memory.targets.spots.len() == before {
+                self.find_addresses();
                 return Ok(());
             }
         }
         let told = "the targets of references were not found in the allowed number of steps";
         let help = "let references refer to fewer variables";
         Err(Fault::new(1, told).code(FaultCode::NotModelled).help(help))
+    }
+
+    /// Notes the memory of all targets, by their cells and by their addresses.
+    fn find_addresses(&mut self) {
+        let located = self.located();
+        let targets = &mut self.memory.targets;
+        let addresses = targets.spots.iter().map(|spot| {
+            let own: RegionSet = spot.tag.regions().into_iter().collect();
+            let overlaps =
+                |one: &&Located| one.spot.tag.regions().iter().any(|&region| own.overlaps(region));
+            located.iter().filter(overlaps).map(|one| one.taken).collect()
+        });
+        targets.addresses = addresses.collect();
+        targets.regions = targets.spots.iter().flat_map(|spot| spot.tag.regions()).collect();
     }
 
     /// Finds the addresses taken in declarations, and in code that is executed before the first scan.

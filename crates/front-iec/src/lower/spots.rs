@@ -4,8 +4,15 @@ use scanbound_iec_tree::blocks::StandardBlock;
 use scanbound_iec_tree::declarations::{RoutineId, UnitId};
 use scanbound_iec_tree::types::TypeId;
 use scanbound_ir::meaning::{Address, IntegerFormat, Term};
-use scanbound_ir::{Cell, Region, Tag, WordSource};
+use scanbound_ir::{Cell, Region, RegionSet, Tag, WordSource};
 use std::collections::BTreeMap;
+
+/// The number of ways in which controllers number addresses: all count bytes; each counts units of its own size, and
+/// bit addresses bytes; each counts units of its own size, and bit addresses words.
+pub(super) const WAYS: usize = 3;
+
+/// An area (I, Q or M), and the half-open range of bits in it, once for each way of numbering.
+pub(super) type Bits = (char, [(u64, u64); WAYS]);
 
 /// A variable or a part of one, with its cells and its type.
 #[derive(Debug, Clone)]
@@ -84,6 +91,11 @@ impl Element {
 pub(super) struct Targets {
     pub(super) spots: Vec<Spot>,
     pub(super) numbers: BTreeMap<SpotKey, usize>,
+    /// For each of `spots`: the memory of the variables with an address (AT) to which it belongs. Empty until all
+    /// targets are known.
+    pub(super) addresses: Vec<Vec<Bits>>,
+    /// The cells of all of `spots`. Empty until all targets are known.
+    pub(super) regions: RegionSet,
     /// Whether the address of an element with a calculated index is taken, so that a reference may lead outside of an
     /// array.
     pub(super) may_be_outside: bool,

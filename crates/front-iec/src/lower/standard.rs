@@ -138,7 +138,12 @@ impl Lower<'_> {
             self.program().approximate(at, why);
             return Ok(Value::Any);
         };
-        let values: Vec<Value> = order.iter().map(|&at| values[at].clone()).collect();
+        let mut values: Vec<Value> = order.iter().map(|&at| values[at].clone()).collect();
+        if of.function.chooses() {
+            for (value, &at) in values.iter_mut().zip(order) {
+                self.give_type(value, inputs[at]);
+            }
+        }
         // Operators and LIMIT with constant limits handle inputs that overflow their type. For all other functions, the
         // result is any value there.
         let has_limits = of.function == Function::Limit
@@ -151,6 +156,15 @@ impl Lower<'_> {
         let open = (!open.is_empty()).then(|| self.keep_bit(Logic::Any(open)));
         let found = self.of_values(of, values, line)?;
         Ok(self.any_where(found, open))
+    }
+
+    /// Makes a value that is not modelled any number of its expression's type: beside a number of a shorter type it may
+    /// be larger than that.
+    pub(super) fn give_type(&mut self, value: &mut Value, of: &Expr) {
+        if let (Value::Any, Some(kind)) = (&*value, self.tree.types.kind(of.ty)) {
+            let why = "a value that is not modelled: it may be any number of its type";
+            *value = Value::Number(kind, self.any_number(kind, why));
+        }
     }
 
     /// Lowers a function applied to values that are evaluated already.

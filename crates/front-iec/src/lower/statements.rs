@@ -11,7 +11,7 @@ use scanbound_front::builder::always;
 use scanbound_iec::Section;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, VarId};
+use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, UnitId, VarId};
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind};
 use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
@@ -59,16 +59,11 @@ impl Lower<'_> {
             RoutineKind::Body | RoutineKind::Action => None,
         };
         let context = Context { instance, frame };
-        if entry == Entry::Body {
-            self.begin_temporary(&context);
+        if routine.kind == RoutineKind::Body {
+            self.begin_temporary(&context, routine.unit);
         }
-        // Controllers differ in whether a block without a body of its own executes the body of its base.
         let inherits = entry == Entry::Body && routine.unit != own;
-        let inherited = inherits.then(|| {
-            let why = "a block without a body may or may not execute the body of its base";
-            let carries = self.any_bit(why);
-            self.jump(carries.not(), None)
-        });
+        let inherited = inherits.then(|| self.carries_inherited_body());
         self.kept.values.clear();
         self.kept.extents.clear();
         let around = self.enter_routine(found);
@@ -94,13 +89,21 @@ impl Lower<'_> {
         begin
     }
 
-    /// Initialises the VAR_TEMP variables, as each execution of a body does.
-    fn begin_temporary(&mut self, at: &Context) {
+    /// Begins the call of a body that a block without one inherits: controllers differ in whether they execute it.
+    /// Returns the jump behind it.
+    pub(super) fn carries_inherited_body(&mut self) -> usize {
+        let why = "a block without a body may or may not execute the body of its base";
+        let carries = self.any_bit(why);
+        self.jump(carries.not(), None)
+    }
+
+    /// Initialises the VAR_TEMP variables of a unit and of its bases, as each execution of its body does.
+    fn begin_temporary(&mut self, at: &Context, of: UnitId) {
         let Instance { unit, spot } = self.instances[at.instance].clone();
         let tree = self.tree;
         // Those of a function are initialised by its call.
         let is_temp = |id: &VarId| tree.variable(*id).section == Section::Temp;
-        let own: Vec<VarId> = tree.members(unit).into_iter().filter(is_temp).collect();
+        let own: Vec<VarId> = tree.members(of).into_iter().filter(is_temp).collect();
         let callee = Callee::Unit(spot, unit);
         let line = tree.unit(unit).line;
         if let Err(fault) = self.begin_anew(at, &callee, &own, None, line) {
@@ -397,7 +400,8 @@ impl Lower<'_> {
         line: u32,
         targets: &mut JumpTargets,
     ) -> Result<(), Fault> {
-        let value = self.value(at, of)?;
+        let mut value = self.value(at, of)?;
+        self.give_type(&mut value, of);
         let kind = match &value {
             Value::Number(kind, _) => *kind,
             _ => DINT,

@@ -699,7 +699,11 @@ impl<'t> Lower<'t> {
                 let number = self.as_number(value, kind);
                 vec![Write::Words(targets(cell, kind.words()), number)]
             }
-            (_, Some(_)) => Vec::new(),
+            // A text shares the memory of its address.
+            (_, Some(_)) => {
+                let choice = self.builder.choice();
+                spot.tag.regions().into_iter().map(|region| Write::Havoc(region, choice)).collect()
+            }
             _ => {
                 let choice = self.builder.choice();
                 let at = self.builder.next();
@@ -734,7 +738,8 @@ impl<'t> Lower<'t> {
             _ if self.tree.types.is_reference(element.spot.ty) => {
                 Input::Number(self.reference_word(element.spot.ty, value, line)?)
             }
-            _ => return Ok(Vec::new()),
+            // A text shares the memory of its address.
+            _ => return Ok(vec![Write::Havoc(Region::Range { first, count }, choice)]),
         };
         let meaning = Meaning { operation: Operation::Copy, inputs: vec![input], outputs };
         self.builder.define_followed(choice, meaning);

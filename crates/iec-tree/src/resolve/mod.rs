@@ -77,6 +77,7 @@ fn tree_if_named(
     own.tree.begins_before = own.begins_before();
     own.exposed = own.exposed_units(named);
     own.bodies();
+    own.leave_out_called_programs();
     own.state_routines();
     own.connections();
     (own.tree, own.named_programs)

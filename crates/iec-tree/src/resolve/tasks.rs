@@ -1,13 +1,15 @@
 //! Tasks, program instances, and code that runs before the first scan.
 
 use super::resolver::Resolver;
-use crate::declarations::Owner;
+use crate::accesses::{self, Accesses};
+use crate::code::{Call, Place, StepFlag, Target};
+use crate::declarations::{Owner, UnitId};
 use crate::tree::{Expr, ProgramInstance, Task};
 use scanbound_base::code::Code;
 use scanbound_iec::Variable as Declared;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{Pou, PouKind, Project, TypeRef, ast, same};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The name for messages of the task that runs programs without a task.
 const NO_TASK: &str = "background";
@@ -90,6 +92,28 @@ impl Resolver<'_> {
         }
     }
 
+    /// Where the project declares no task: leaves programs that others call out of the task that is assumed. Only they
+    /// decide when these run.
+    pub(super) fn leave_out_called_programs(&mut self) {
+        if self.project.tasks.iter().any(|task| !task.instances.is_empty()) {
+            return;
+        }
+        let mut called = CalledPrograms::default();
+        for routine in &self.tree.routines {
+            called.by = Some(routine.unit);
+            accesses::of_code(&routine.code, &mut called);
+        }
+        let programs = &self.tree.programs;
+        let runs = |program: &Result<usize, Fault>| {
+            program.as_ref().map_or(true, |&at| !called.units.contains(&programs[at].unit))
+        };
+        for task in &mut self.tree.tasks {
+            if task.programs.iter().any(runs) {
+                task.programs.retain(runs);
+            }
+        }
+    }
+
     /// The index of the program instance of this name, ignoring case.
     pub(super) fn instance_named(&self, name: &str) -> Option<usize> {
         self.tree.programs.iter().position(|one| same(&one.name, name))
@@ -104,6 +128,28 @@ impl Resolver<'_> {
                 let calls = one.type_calls || one.initial.as_ref().is_some_and(Expr::calls);
                 calls && !matches!(one.owner, Owner::Routine(_))
             })
+    }
+}
+
+/// The programs that code of other units calls.
+#[derive(Default)]
+struct CalledPrograms {
+    /// The unit whose code is visited.
+    by: Option<UnitId>,
+    units: BTreeSet<UnitId>,
+}
+
+impl Accesses for CalledPrograms {
+    fn reads(&mut self, _: &Place) {}
+    fn writes(&mut self, _: &Place) {}
+    fn takes_address(&mut self, _: &Place) {}
+    fn asks(&mut self, _: &StepFlag) {}
+    fn calls(&mut self, call: &Call) {
+        if let Target::Program(_, unit) = call.target
+            && self.by != Some(unit)
+        {
+            self.units.insert(unit);
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use super::cursor::Cursor;
 use super::declaration::{edge_memory, section, task, types, variables};
 use super::il;
 use super::statement::statements;
-use crate::ast::{Argument, Expr, Kind, Path, Statement};
+use crate::ast::{Argument, Expr, Kind, Path, Statement, visit};
 use crate::comment::Comments;
 use crate::fault::Fault;
 use crate::lexer::{Token, first_words};
@@ -163,7 +163,7 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
 }
 
 /// Handles inputs declared R_EDGE or F_EDGE: the body begins with calls of triggers and sees their outputs as the
-/// inputs.
+/// inputs, which have their own values again at its end.
 fn edges(pou: &mut Pou) -> Result<(), Fault> {
     let inputs = pou.variables.iter().filter(|one| one.section == Section::Input);
     let has_memory =
@@ -179,12 +179,25 @@ fn edges(pou: &mut Pou) -> Result<(), Fault> {
             let what = format!("{}: only a function block remembers edges of its inputs", one.name);
             return Err(Fault::new(line, what));
         }
+        let mut returns = None;
+        visit(statements, &mut |one| {
+            if matches!(one.kind, Kind::Return(_)) {
+                returns = Some(one.line);
+            }
+        });
+        if let Some(line) = returns {
+            let what =
+                format!("RETURN in a block whose input {} has an edge is not followed", one.name);
+            return Err(Fault::new(line, what).help("call R_TRIG or F_TRIG yourself"));
+        }
         let memory = Path::name(edge_memory(&one.name));
         let value = Expr::name(one.name.clone());
         let given = vec![Argument { name: Some("CLK".to_owned()), is_output: false, value }];
-        let seen = Expr::Variable(memory.clone().with("Q"));
-        let begins = [Kind::Call(memory, given), Kind::Assign(Path::name(one.name), seen)];
+        let [seen, passed] = ["Q", "CLK"].map(|pin| Expr::Variable(memory.clone().with(pin)));
+        let input = Path::name(one.name);
+        let begins = [Kind::Call(memory, given), Kind::Assign(input.clone(), seen)];
         statements.splice(0..0, begins.map(|kind| Statement { line, kind }));
+        statements.push(Statement { line, kind: Kind::Assign(input, passed) });
     }
     Ok(())
 }

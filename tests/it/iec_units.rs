@@ -1,0 +1,163 @@
+//! Calls of programs, actions and base bodies, and variables that share memory by their addresses: no bound is below
+//! what some controller does.
+
+use crate::iec_exact::logarithms;
+use scanbound::base::code::Code;
+
+/// Asserts the largest number of logarithms that a scan may compute.
+fn costs(text: &str, most: u64) {
+    assert_eq!(logarithms(text), Ok((most, 0)), "{text}");
+}
+
+#[test]
+fn called_programs_and_actions_give_back_what_they_write() {
+    let called = |units: &str, call: &str| {
+        format!(
+            "{units} PROGRAM main VAR x : INT; b : B; r : REAL; END_VAR x := 0; {call} IF x = 7 THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    let block = "FUNCTION_BLOCK B VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR n : INT; END_VAR n := a; \
+        ACTION act: o := a; END_ACTION END_FUNCTION_BLOCK";
+    costs(&called(block, "b.act(a := 7, o => x);"), 1);
+    costs(&called(block, "b.act(a := 6, o => x);"), 0);
+    let program = "PROGRAM P VAR_INPUT a : INT; END_VAR VAR_OUTPUT o : INT; END_VAR VAR_IN_OUT i : INT; END_VAR o := a; \
+        i := i + a; END_PROGRAM";
+    let text = |call: &str| called(&format!("{block} {program}"), call);
+    costs(&text("P(a := 7, i := b.n, o => x);"), 1);
+    costs(&text("P(a := 7, i := x);"), 1);
+    costs(&text("P(a := 6, i := x);"), 0);
+}
+
+#[test]
+fn a_program_that_another_one_calls_runs_only_then() {
+    let text = |call: &str| {
+        format!(
+            "PROGRAM Reset VAR_EXTERNAL g : INT; END_VAR g := 0; END_PROGRAM \
+            PROGRAM main VAR_EXTERNAL g : INT; END_VAR VAR r : REAL; c AT %IX0.0 : BOOL; END_VAR \
+            IF g = 1 THEN r := LN(1.0); END_IF g := 1; {call} END_PROGRAM VAR_GLOBAL g : INT; END_VAR"
+        )
+    };
+    costs(&text("IF c THEN Reset(); END_IF"), 1);
+    // Nothing calls it, so it runs by itself, before main.
+    costs(&text(""), 0);
+}
+
+#[test]
+fn the_body_of_a_base_is_a_call_of_its_own() {
+    let text = |base: &str, body: &str| {
+        format!(
+            "FUNCTION_BLOCK B0 {base} END_FUNCTION_BLOCK FUNCTION_BLOCK B1 EXTENDS B0 VAR y : INT; END_VAR END_FUNCTION_BLOCK \
+            FUNCTION_BLOCK D EXTENDS B1 {body} END_FUNCTION_BLOCK PROGRAM main VAR d : D; END_VAR d(); END_PROGRAM"
+        )
+    };
+    // Its temporary variables begin anew at each.
+    let counts = "VAR_TEMP t : INT; END_VAR VAR r : REAL; END_VAR IF t = 0 THEN r := LN(1.0); END_IF t := t + 1;";
+    costs(&text(counts, "SUPER^(); SUPER^();"), 2);
+    // Those of the derived block stay.
+    let own = "VAR_TEMP u : INT; END_VAR u := 5; SUPER^(); IF u = 5 THEN r := LN(1.0); END_IF";
+    costs(&text("VAR r : REAL; x : INT; END_VAR x := 0;", own), 1);
+    // Controllers differ in whether an empty body between them executes that of its base.
+    let clears = "VAR x : INT; r : REAL; END_VAR x := 0;";
+    costs(&text(clears, "x := 1; SUPER^(); IF x = 1 THEN r := LN(1.0); END_IF"), 1);
+    costs(&text(clears, "x := 1; SUPER^(); IF x = 0 THEN r := LN(1.0); END_IF"), 1);
+}
+
+#[test]
+fn variables_with_addresses_share_memory_as_on_any_controller() {
+    let text = |variables: &str, body: &str| {
+        format!(
+            "TYPE S : STRUCT b : BYTE; d : DINT; e : BYTE; END_STRUCT END_TYPE \
+            TYPE T : STRUCT b : BOOL; n : INT; END_STRUCT END_TYPE \
+            PROGRAM main VAR {variables} r : REAL; END_VAR {body} THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    for (variables, body) in [
+        // Each size has a memory of its own on OpenPLC.
+        ("a AT %IX0.0 : BOOL; w AT %IW0 : WORD;", "IF a AND w = 0"),
+        // A bit address counts words on some CPUs.
+        ("b AT %MB6 : BYTE; x AT %MX3.1 : BOOL;", "x := FALSE; b := 2; IF x"),
+        ("a AT %IX0.8 : BOOL; b AT %IX1.0 : BOOL;", "IF a AND NOT b"),
+        // A number of eight bits has its sign in the highest.
+        ("a AT %MB0 : BYTE; b AT %MB0 : SINT;", "a := 200; IF b < 0"),
+        // A text is as long as declared.
+        ("s AT %MB100 : STRING(20); b AT %MB105 : BYTE;", "b := 0; s := 'abcdefghijk'; IF b <> 0"),
+    ] {
+        costs(&text(variables, body), 1);
+    }
+    // The parts of a structure are aligned, and the bit before a number takes a byte. What lies behind is not in it.
+    for (variables, body) in [
+        ("s AT %MB0 : S; x AT %MB8 : BYTE;", "x := 0; s.e := 5; IF x = 5"),
+        ("s AT %MB0 : T; x AT %MB3 : BYTE;", "x := 0; s.n := 16#500; IF x = 5"),
+    ] {
+        assert_eq!(logarithms(&text(variables, body)), Err(vec![Code::NotModelled]));
+    }
+    costs(&text("s AT %MB0 : S; x AT %MB12 : BYTE;", "x := 0; s.e := 5; IF x = 5"), 0);
+    costs(&text("a AT %MW0 : INT; b AT %MW0 : WORD;", "a := 7; IF b <> 7"), 0);
+    // A reference leads to the same memory.
+    let looped = "PROGRAM main VAR i AT %MW0 : INT; b AT %MW0 : INT; p : REFERENCE TO INT; r : REAL; END_VAR \
+        p REF= b; FOR i := 1 TO 3 DO p := 0; r := LN(1.0); END_FOR END_PROGRAM";
+    assert_eq!(logarithms(looped), Err(vec![Code::LoopCount]));
+}
+
+#[test]
+fn an_argument_passed_by_a_pointer_stays_where_it_is() {
+    let text = |second: &str| {
+        format!(
+            "FUNCTION Foo : INT VAR_IN_OUT x : INT; END_VAR VAR_INPUT y : INT; END_VAR x := 7; Foo := y; END_FUNCTION \
+            FUNCTION SetP : INT VAR_EXTERNAL p : POINTER TO INT; b : INT; END_VAR p := ADR(b); SetP := 1; END_FUNCTION \
+            PROGRAM main VAR_EXTERNAL p : POINTER TO INT; a, b : INT; END_VAR VAR k : INT; r : REAL; END_VAR \
+            a := 0; b := 0; p := ADR(a); k := Foo(x := p^, y := {second}); IF a = 7 THEN r := LN(1.0); END_IF END_PROGRAM \
+            VAR_GLOBAL p : POINTER TO INT; a, b : INT; END_VAR"
+        )
+    };
+    costs(&text("3"), 1);
+    assert_eq!(logarithms(&text("SetP()")), Err(vec![Code::NotModelled]));
+}
+
+#[test]
+fn texts_passed_by_reference_have_their_own_length() {
+    for (section, argument, most) in
+        [("VAR_IN_OUT", "a", 30), ("VAR_IN_OUT CONSTANT", "a", 30), ("VAR_INPUT", "a", 5)]
+    {
+        costs(
+            &format!(
+                "FUNCTION Sum : INT {section} s : STRING[5]; END_VAR VAR i : INT; z : REAL; END_VAR \
+                FOR i := 1 TO LEN(s) DO z := LN(1.0); END_FOR END_FUNCTION \
+                PROGRAM main VAR a : STRING[30]; n : INT; END_VAR n := Sum(s := {argument}); END_PROGRAM"
+            ),
+            most,
+        );
+    }
+}
+
+#[test]
+fn a_literal_that_only_an_unsigned_type_holds_is_compared_by_its_bits_too() {
+    for (of, literal, may) in [
+        ("INT", "16#FFFFFFFF", 1),
+        ("INT", "3000000000", 0),
+        ("INT", "16#7FFFFFFF", 0),
+        ("SINT", "16#FFFF", 1),
+        ("DINT", "16#FFFFFFFF", 1),
+    ] {
+        costs(
+            &format!(
+                "PROGRAM main VAR x : {of}; z : REAL; END_VAR x := -1; IF x = {literal} THEN z := LN(1.0); END_IF END_PROGRAM"
+            ),
+            may,
+        );
+    }
+}
+
+#[test]
+fn an_input_with_an_edge_keeps_what_was_passed() {
+    let text = |section: &str, body: &str| {
+        format!(
+            "FUNCTION_BLOCK E VAR_INPUT c : BOOL {section}; END_VAR VAR r : REAL; END_VAR IF c THEN r := LN(1.0); END_IF END_FUNCTION_BLOCK \
+            PROGRAM main VAR f : E; END_VAR {body} END_PROGRAM"
+        )
+    };
+    // TRUE stays TRUE where nothing is passed: no edge.
+    costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(); f();"), 1);
+    costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(c := FALSE); f(c := TRUE);"), 2);
+    costs(&text("F_EDGE", "f(c := TRUE); f(); f(c := FALSE); f();"), 1);
+}
