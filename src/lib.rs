@@ -29,7 +29,7 @@ pub use scanbound_link as link;
 pub use scanbound_measured as measured;
 pub use scanbound_nets as net;
 pub use scanbound_passes as passes;
-pub use scanbound_plant::{calibrate, emulated, minasec};
+pub use scanbound_plant::{calibrate, emulated, minasec, simulation};
 pub use scanbound_replay as replay;
 pub use scanbound_report as report;
 pub use scanbound_snet as snet;

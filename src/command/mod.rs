@@ -82,7 +82,7 @@ enum Command {
     Advise(advise::Arguments),
     /// Compare the scan time on every CPU of the family; find the slowest that stays within a limit
     Cpus(cpus::Arguments),
-    /// Emulate a MINASEC-U that runs a program
+    /// Run a program scan by scan: what its devices do, and how long each scan takes
     Emulate(emulate::Arguments),
     /// Emulate a CPU that runs a program and answers requests like a PLC
     Serve(serve::Arguments),

@@ -75,6 +75,7 @@ const FLOATS: &[(&str, &[&str])] = &[
     (
         "f32",
         &[
+            "crates/plant/src/simulation",
             "crates/front",
             "crates/iec-tree/src/resolve/initial.rs",
             "crates/scan",

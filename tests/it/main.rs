@@ -62,6 +62,7 @@ mod sfc_macro;
 mod sfc_proof;
 mod sfc_report;
 mod sfc_written;
+mod simulation;
 mod slips;
 mod snet;
 mod snet_bound;

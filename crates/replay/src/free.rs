@@ -3,6 +3,8 @@
 use super::timed::TimedInputs;
 use scanbound_base::time::Picos;
 use scanbound_ir::timers::TimerOrCounter;
+#[cfg(doc)]
+use scanbound_ir::timers::{TIME_UNIT, Timekeeping};
 use scanbound_ir::{AreaKind, Cell, ChoiceId, ChoiceKey, Resolutions, Witness};
 
 /// Supplies the nondeterministic values of a scan. Within a scan, the same question must get the same answer.
@@ -44,6 +46,16 @@ pub trait FreeValues {
     /// How long the timer with this memory cell has been running when the scan begins: the least and the greatest
     /// possible time. `None` if only a single scan is run, or time is not simulated.
     fn ran_for(&mut self, _memory: Cell) -> Option<(Picos, Picos)> {
+        None
+    }
+    /// For an emulated PLC, which tracks all times: how many units of [`TIME_UNIT`] passed between the beginnings of
+    /// the previous scan and of this one. `None` for other runs.
+    fn passed(&self) -> Option<u64> {
+        None
+    }
+    /// For an emulated PLC: whether the time of this choice ([`Timekeeping::ends`]) is over. `None` if it has none, and
+    /// for other runs.
+    fn is_over(&self, _choice: ChoiceId) -> Option<bool> {
         None
     }
     /// Which choices the analysis computed when it found this scan. `None` if the scan does not come from the analysis.

@@ -211,6 +211,9 @@ impl<'p> State<'p> {
         if let Some(value) = self.free.register(choice) {
             return value;
         }
+        if let Some(is_over) = self.free.is_over(choice) {
+            return is_over.into();
+        }
         if self.mode == Mode::Real
             && self.free.simulates_time()
             && let Some(present) = self.program.timekeeping.between_instructions.get(&choice)
@@ -337,7 +340,12 @@ impl<'p> State<'p> {
         let havocs = &self.havocs[usize::from(cell.area.0)];
         let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.contains(cell));
         let kind = self.program.areas[usize::from(cell.area.0)].kind;
+        let continued = havoc.map(|havoc| havoc.choice);
+        let continued = continued.and_then(|choice| self.continued_time(choice, cell));
+        let havocs = &self.havocs[usize::from(cell.area.0)];
+        let havoc = havocs[since..].iter().rev().find(|havoc| havoc.region.contains(cell));
         let (value, doubt, unknown) = match (havoc, held) {
+            _ if continued.is_some() => (continued.unwrap_or_default(), None, 0),
             (Some(havoc), _) => {
                 let unseen = self.free.outside_is_unknown().then_some(self.at);
                 let (frames, doubt) = (havoc.frames.to_vec(), havoc.doubt.or(unseen));
@@ -362,6 +370,14 @@ impl<'p> State<'p> {
         };
         let value = if kind == AreaKind::Bit { value & 1 } else { value };
         self.hold(cell, value, doubt, unknown)
+    }
+
+    /// A word of a time that goes on from scan to scan, where an emulated PLC tracks it.
+    fn continued_time(&mut self, choice: ChoiceId, cell: Cell) -> Option<u16> {
+        let passed = self.free.passed()?;
+        let &[time, before] = self.program.timekeeping.continued.get(&choice)?;
+        let so_far = u64::from(self.read(before)) | u64::from(self.read(before.plus(1))) << 16;
+        Some((so_far.saturating_add(passed) >> (16 * (cell.index - time.index))) as u16)
     }
 
     /// The value of the cell at the end of the scan, and the mask of its unknown bits.

@@ -6,10 +6,11 @@
 
 mod memory;
 
+use crate::devices;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{Area, AreaId, AreaKind, Cell, Program, Radix};
+use scanbound_ir::{AreaId, AreaKind, Cell, Program};
 use scanbound_link::State;
 use scanbound_link::registers::{Register, Registers};
 use scanbound_replay::StopReason;
@@ -213,35 +214,19 @@ impl<'p> Cpu<'p> {
 
     /// The area of that name.
     fn area(&self, name: &str) -> Option<AreaId> {
-        let found = self.program.areas.iter().position(|area| area.name == name)?;
-        u16::try_from(found).ok().map(AreaId)
+        devices::area(self.program, name)
     }
 
     /// The cell of a device as users write it (`X1F`, `D100`). `None` if there is no such device.
     #[must_use]
     pub fn named(&self, name: &str) -> Option<Cell> {
-        let name = name.trim().to_ascii_uppercase();
-        let number = |area: &Area| {
-            let digits = name.strip_prefix(&*area.name).filter(|rest| !rest.is_empty())?;
-            let radix = match area.radix {
-                Radix::Decimal => 10,
-                Radix::Hexadecimal => 16,
-                Radix::Octal => 8,
-            };
-            let all = digits.chars().all(|digit| digit.is_digit(radix));
-            all.then(|| u32::from_str_radix(digits, radix).ok())?
-        };
-        let mut found = self.program.areas.iter().enumerate().filter_map(|(at, area)| {
-            let area_id = AreaId(u16::try_from(at).ok()?);
-            Some((area.name.len(), Cell { area: area_id, index: number(area)? }))
-        });
-        found.by_ref().max_by_key(|(length, _)| *length).map(|(_, cell)| cell)
+        devices::cell(self.program, name)
     }
 
     /// Sets a device as users write it, or a bit of a word (`00001`, `HR0107`, `IR0.01`). Returns false if there is
     /// none.
     pub fn set_named(&mut self, name: &str, value: u16) -> bool {
-        if let Some((word, bit)) = self.bit_of_word(name) {
+        if let Some((word, bit)) = devices::bit_of_word(self.program, name) {
             let rest = self.value(word) & !(1 << bit);
             self.set(word, rest | (value & 1) << bit);
             return true;
@@ -256,39 +241,10 @@ impl<'p> Cpu<'p> {
     /// The value of a device as users write it, or of a bit of a word.
     #[must_use]
     pub fn value_named(&self, name: &str) -> Option<u16> {
-        match self.bit_of_word(name) {
+        match devices::bit_of_word(self.program, name) {
             Some((word, bit)) => Some(self.value(word) >> bit & 1),
             None => self.named(name).map(|cell| self.value(cell)),
         }
-    }
-
-    /// A bit of a word, written after a point or as the last two of four or five digits.
-    fn bit_of_word(&self, name: &str) -> Option<(Cell, u8)> {
-        let name = name.trim().to_ascii_uppercase();
-        let (word, bit) = match name.split_once('.') {
-            Some(parts) => parts,
-            None => {
-                let digits =
-                    name.len() - name.trim_start_matches(|c: char| !c.is_ascii_digit()).len();
-                // Only if the numbers of words are short enough to leave two digits.
-                let few = self.area("IR").is_some()
-                    && matches!(&name[..digits], "" | "IR" | "SR" | "HR" | "AR" | "LR");
-                let is_bit = few && matches!(name.len() - digits, 4 | 5);
-                if !is_bit {
-                    return None;
-                }
-                name.split_at(name.len() - 2)
-            }
-        };
-        let bit = bit.parse::<u8>().ok().filter(|bit| *bit < 16)?;
-        let begins_with_digit = word.starts_with(|c: char| c.is_ascii_digit());
-        let word = match (begins_with_digit, word.strip_prefix("SR")) {
-            (true, _) => format!("{}{word}", if self.area("IR").is_some() { "IR" } else { "CIO" }),
-            (_, Some(number)) => format!("IR{number}"),
-            _ => word.to_owned(),
-        };
-        let cell = self.named(&word)?;
-        (self.program.area(cell.area).kind == AreaKind::Word).then_some((cell, bit))
     }
 
     /// Sets a device from outside, until the program writes it.

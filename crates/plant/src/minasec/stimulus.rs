@@ -1,10 +1,8 @@
 //! Reads a stimulus: a CSV of times, and of the inputs and switches that change then.
 
-use scanbound_base::code::Code;
-use scanbound_base::column::{Unit, cell, line_of};
+use crate::stimulus::{Form, read};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::Picos;
-use scanbound_front::Faults;
 use scanbound_front_minasec::{Device, DeviceKind};
 
 /// The input or switch that changes.
@@ -53,107 +51,18 @@ impl Stimulus {
     /// # Errors
     /// All faults, each with its line.
     pub fn parse(name: &str, bytes: &[u8]) -> Result<Stimulus, Vec<Diagnostic>> {
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(bytes);
-        let whole = |message: String, help: &str| {
-            vec![Diagnostic::file(Code::Stimulus, name, message, help)]
+        let column = |word: &str| {
+            what(word).ok_or_else(|| format!("'{word}' is neither an input nor a switch"))
         };
-        let heads = match reader.headers() {
-            Ok(heads) if !heads.is_empty() => heads.clone(),
-            Ok(_) => return Err(whole("the file is empty".into(), FORM)),
-            Err(error) => return Err(whole(format!("not CSV: {error}"), FORM)),
+        let value = |_: &What, text: &str| match text {
+            "0" => Ok(false),
+            "1" => Ok(true),
+            other => Err(format!("'{other}' is not 0 or 1")),
         };
-        let text = String::from_utf8_lossy(bytes);
-        let lines: Vec<&str> = text.lines().collect();
-        let mut faults = Faults::new(name);
-        let at_cell = |code, line: u32, column: usize, message: String, help: &str| {
-            let shown = lines.get((line as usize).wrapping_sub(1)).copied().unwrap_or_default();
-            let found = Diagnostic::line(code, name, line, shown.trim_end(), message, help);
-            match cell(shown, b',', column) {
-                Some(bytes) if !bytes.is_empty() => found.span(bytes),
-                _ => found,
-            }
-        };
-        let head = line_of(bytes, heads.position(), b'#');
-        let time = heads.iter().position(|head| Unit::words_of_heading(head) == "time");
-        let unit = time.and_then(|column| Unit::of_heading(&heads[column]));
-        let Some((time, unit)) = time.zip(unit) else {
-            return Err(whole("no column has the time and its unit (time_ms)".into(), FORM));
-        };
-        let mut columns = Vec::new();
-        for (column, word) in heads.iter().enumerate().filter(|(column, _)| *column != time) {
-            match what(word) {
-                Some(what) => columns.push((column, what)),
-                None => {
-                    let message = format!("'{word}' is neither an input nor a switch");
-                    faults.push(at_cell(Code::StimulusColumn, head, column, message, FORM));
-                }
-            }
-        }
-        let mut stimulus = Stimulus::default();
-        for record in reader.records() {
-            let record = match record {
-                Ok(record) => record,
-                Err(error) => {
-                    let line = error.position().map(|at| at.line() as u32);
-                    let message = format!("not CSV: {error}");
-                    let found = Diagnostic::file(Code::Stimulus, name, message, FORM);
-                    faults.push(Diagnostic { line, ..found });
-                    break;
-                }
-            };
-            let line = line_of(bytes, record.position(), b'#');
-            let mut fault = |message: String, column: usize, help: &str| {
-                faults.push(at_cell(Code::StimulusRow, line, column, message, help));
-            };
-            if let Some(extra) = (heads.len()..record.len()).find(|&n| !record[n].is_empty()) {
-                let message = format!(
-                    "this row has {} cells, but the first row has {}",
-                    record.len(),
-                    heads.len()
-                );
-                fault(message, extra, "give each cell a column; numbers have a decimal point");
-                continue;
-            }
-            let cell = record.get(time).unwrap_or_default();
-            let at = unit.read(cell).and_then(|ps| u64::try_from(ps).ok()).map(Picos);
-            let Some(at) = at else {
-                fault(
-                    format!("'{cell}' is not a time"),
-                    time,
-                    "give a decimal number that is not negative",
-                );
-                continue;
-            };
-            if stimulus.changes.last().is_some_and(|last| last.at > at) {
-                fault(
-                    "the time of this row is earlier than that of the row before".into(),
-                    time,
-                    "put the rows in order of time",
-                );
-                continue;
-            }
-            for &(column, what) in &columns {
-                let on = match record.get(column).unwrap_or_default() {
-                    "" => continue,
-                    "0" => false,
-                    "1" => true,
-                    other => {
-                        fault(
-                            format!("'{other}' is not 0 or 1"),
-                            column,
-                            "leave the cell empty where nothing changes",
-                        );
-                        continue;
-                    }
-                };
-                stimulus.changes.push(Change { at, what, on });
-            }
-        }
-        if faults.any_error() { Err(faults.into_diagnostics()) } else { Ok(stimulus) }
+        let form = Form { help: FORM, column: &column, value: &value };
+        let changes = read(name, bytes, &form)?;
+        let change = |(at, what, on)| Change { at, what, on };
+        Ok(Stimulus { changes: changes.into_iter().map(change).collect() })
     }
 }
 
