@@ -8,6 +8,8 @@
 //! Linux only: processor seconds are read from /proc.
 #![allow(clippy::print_stdout)]
 
+#[path = "common/page.rs"]
+mod page;
 #[path = "common/plant.rs"]
 mod plant;
 #[path = "common/pools.rs"]
@@ -16,9 +18,6 @@ mod pools;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
-
-/// Where the tables stand.
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/performance.md");
 
 /// The size of the largest pools.
 const ALL: u32 = 20_000;
@@ -36,10 +35,7 @@ fn main() {
         // Not as a test: tests change nothing.
         let directory = tempfile::tempdir().expect("a directory can be made");
         let (whole, short) = all(directory.path(), ALL);
-        let page = std::fs::read_to_string(PAGE).expect("the page can be read");
-        let page = with_rows(&page, "whole audits", &whole);
-        let page = with_rows(&page, "short of time", &short);
-        std::fs::write(PAGE, page).expect("the page can be written");
+        page::rewrite("performance.md", &[("whole audits", &whole), ("short of time", &short)]);
     }
 }
 
@@ -79,15 +75,6 @@ fn all(directory: &Path, largest: u32) -> (Vec<String>, Vec<String>) {
 fn told(row: &str) -> String {
     println!("{row}");
     row.to_owned()
-}
-
-/// The page with other rows in the table between two marks; its two heading lines stay.
-fn with_rows(page: &str, mark: &str, rows: &[String]) -> String {
-    let (begin, end) = (format!("<!-- {mark} -->\n"), format!("<!-- end of {mark} -->\n"));
-    let (before, rest) = page.split_once(&begin).expect("the page has the table's mark");
-    let (table, after) = rest.split_once(&end).expect("the page has the mark of the table's end");
-    let heading: Vec<&str> = table.lines().take(2).collect();
-    format!("{before}{begin}{}\n{}\n{end}{after}", heading.join("\n"), rows.join("\n"))
 }
 
 fn write(directory: &Path, name: &str, text: &str) -> PathBuf {
