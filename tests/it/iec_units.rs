@@ -40,6 +40,12 @@ fn a_program_that_another_one_calls_runs_only_then() {
     costs(&text("IF c THEN Reset(); END_IF"), 1);
     // Nothing calls it, so it runs by itself, before main.
     costs(&text(""), 0);
+    // Calls in code that never runs, and those of programs that call each other, leave no program out.
+    let dead = "PROGRAM P VAR r : REAL; END_VAR r := LN(1.0); END_PROGRAM FUNCTION_BLOCK B P(); END_FUNCTION_BLOCK \
+        PROGRAM main VAR x : INT; END_VAR x := 1; END_PROGRAM";
+    costs(dead, 1);
+    let mutual = "PROGRAM P Q(); END_PROGRAM PROGRAM Q P(); END_PROGRAM PROGRAM main VAR x : INT; END_VAR x := 1; END_PROGRAM";
+    assert_eq!(logarithms(mutual), Err(vec![Code::Recursion]));
 }
 
 #[test]

@@ -92,25 +92,35 @@ impl Resolver<'_> {
         }
     }
 
-    /// Where the project declares no task: leaves programs that others call out of the task that is assumed. Only they
-    /// decide when these run.
+    /// Where the project declares no task: leaves the programs that the bodies of others call out of the task that is
+    /// assumed. Only these decide when they run.
     pub(super) fn leave_out_called_programs(&mut self) {
         if self.project.tasks.iter().any(|task| !task.instances.is_empty()) {
             return;
         }
-        let mut called = CalledPrograms::default();
-        for routine in &self.tree.routines {
-            called.by = Some(routine.unit);
-            accesses::of_code(&routine.code, &mut called);
+        let is_program = |unit: UnitId| self.tree.unit(unit).kind == PouKind::Program;
+        let bodies = self.tree.units.iter().map(|unit| self.tree.routine(unit.body));
+        let calls: BTreeMap<UnitId, BTreeSet<UnitId>> = bodies
+            .filter(|body| is_program(body.unit))
+            .map(|body| {
+                let mut called = CalledPrograms::default();
+                accesses::of_code(&body.code, &mut called);
+                (body.unit, called.0)
+            })
+            .collect();
+        let is_called =
+            |unit: &UnitId| calls.iter().any(|(by, all)| by != unit && all.contains(unit));
+        // What no program that stays calls must stay, too: two programs that call each other.
+        let mut open: Vec<UnitId> = calls.keys().copied().filter(|unit| !is_called(unit)).collect();
+        let mut left_out = BTreeSet::new();
+        while let Some(unit) = open.pop() {
+            open.extend(calls[&unit].iter().copied().filter(|&called| left_out.insert(called)));
         }
         let programs = &self.tree.programs;
-        let runs = |program: &Result<usize, Fault>| {
-            program.as_ref().map_or(true, |&at| !called.units.contains(&programs[at].unit))
-        };
         for task in &mut self.tree.tasks {
-            if task.programs.iter().any(runs) {
-                task.programs.retain(runs);
-            }
+            task.programs.retain(|program| {
+                program.as_ref().map_or(true, |&at| !left_out.contains(&programs[at].unit))
+            });
         }
     }
 
@@ -131,13 +141,9 @@ impl Resolver<'_> {
     }
 }
 
-/// The programs that code of other units calls.
+/// The programs that code calls.
 #[derive(Default)]
-struct CalledPrograms {
-    /// The unit whose code is visited.
-    by: Option<UnitId>,
-    units: BTreeSet<UnitId>,
-}
+struct CalledPrograms(BTreeSet<UnitId>);
 
 impl Accesses for CalledPrograms {
     fn reads(&mut self, _: &Place) {}
@@ -145,10 +151,8 @@ impl Accesses for CalledPrograms {
     fn takes_address(&mut self, _: &Place) {}
     fn asks(&mut self, _: &StepFlag) {}
     fn calls(&mut self, call: &Call) {
-        if let Target::Program(_, unit) = call.target
-            && self.by != Some(unit)
-        {
-            self.units.insert(unit);
+        if let Target::Program(_, unit) = call.target {
+            self.0.insert(unit);
         }
     }
 }
