@@ -11,7 +11,7 @@ use scanbound::report::advice::{csv, json, text};
 use scanbound::report::format::Extent;
 use std::time::{Duration, Instant};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 List the facts and interlocks that would lower the bound most
 
 Looks at the longest scan found for facts worth stating: unknown counts and indices; pairs of inputs or relays that are \
@@ -33,7 +33,7 @@ Exit codes: 0 done, 2 bad input or usage, 70 internal error";
 
 /// The arguments of `advise`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The limit that is assumed for each unknown count
     #[arg(long, value_name = "COUNTS", default_value = "20", value_parser = values::most)]

@@ -19,12 +19,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Measures the times of a CPU's instructions: writes a program that measures them, reads its results, and makes a timing table from them. docs/measuring.md describes all steps.";
 
 /// The arguments of `calibrate`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT)]
 pub struct Arguments {
     #[command(subcommand)]
     action: Action,

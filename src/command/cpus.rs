@@ -10,7 +10,7 @@ use scanbound::audit::cpus::{self, CpuCheck, compare_cpus};
 use scanbound::audit::verdict::{Margin, MostAssumed};
 use scanbound::report::cpus::{csv, json, text};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Compare the scan time on every CPU of the project's family
 
 Audits the project by every built-in timing table of the family of its CPU, and shows them side by side: the bound, \
@@ -29,7 +29,7 @@ Exit codes: 0 done (with --limit: at least one CPU is proved to keep to it), 1 n
 
 /// The arguments of `cpus`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The limit that no scan may exceed, such as 10ms, or each CPU's watchdog
     #[arg(long, value_name = "DURATION|watchdog", value_parser = values::limit, allow_hyphen_values = true)]

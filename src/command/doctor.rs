@@ -7,7 +7,7 @@ use clap::Args;
 use scanbound::audit::doctor::diagnose;
 use scanbound::report::doctor::{csv, json, text};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 List everything that prevents a bound, and what to do about it
 
 Looks at every file, does not stop at the first fault, and says in one list what is read, what is refused and why, which \
@@ -26,7 +26,7 @@ Exit codes: 0 nothing stands in the way of a bound, 1 something does: the list s
 
 /// The arguments of `doctor`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     project: ProjectOptions,

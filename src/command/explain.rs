@@ -13,7 +13,7 @@ use scanbound::report::page;
 use scanbound::timing::table::{Table, builtin};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Show what is known of an instruction, or the meaning of a finding code
 
 For an instruction: its time when it is executed and when it is not, the table rows and documents these come from, how \
@@ -44,7 +44,7 @@ enum PageFormat {
 
 /// The arguments of `explain`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// An instruction, a finding code, or the word `codes`
     #[arg(value_name = "NAME|CODE")]

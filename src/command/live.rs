@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Reads a PLC's scan times while it runs, and compares them with the bound.
 
 The CPU's own scan-time registers are read, again and again: the last scan, and the longest since the CPU runs, so that \
@@ -44,7 +44,7 @@ Exit codes: 0 done, 1 a scan lies above the bound, 2 the PLC cannot be read, or 
 
 /// The arguments of `live`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 #[command(group = ArgGroup::new("plc").required(true))]
 pub struct Arguments {
     #[command(flatten)]

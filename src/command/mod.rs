@@ -69,6 +69,7 @@ enum Command {
     /// Draw rungs as ladder
     Show(show::Arguments),
     /// Analyse sequential function charts: what runs together; rewrite stored actions as explicit parallels
+    #[command(long_about = sfc::ABOUT)]
     Sfc(sfc::Arguments),
     /// Work with nets for sequence control (S-nets): check them, generate code
     Snet(snet::Arguments),
@@ -77,22 +78,30 @@ enum Command {
     /// Compare two versions of a project: what each change costs
     Diff(diff::Arguments),
     /// List everything that prevents a bound, and what to do about it
+    #[command(long_about = doctor::ABOUT)]
     Doctor(doctor::Arguments),
     /// Show which one additional fact or interlock would lower the bound most
+    #[command(long_about = advise::ABOUT)]
     Advise(advise::Arguments),
     /// Compare the scan time on every CPU of the family; find the slowest that stays within a limit
+    #[command(long_about = cpus::ABOUT)]
     Cpus(cpus::Arguments),
     /// Run a program scan by scan: what its devices do, and how long each scan takes
+    #[command(long_about = emulate::ABOUT)]
     Emulate(emulate::Arguments),
     /// Emulate a CPU that runs a program and answers requests like a PLC
+    #[command(long_about = serve::ABOUT)]
     Serve(serve::Arguments),
     /// Read a PLC's scan times while it runs, and compare them with the bound
+    #[command(long_about = live::ABOUT)]
     Live(live::Arguments),
     /// Write a program that measures a CPU's instructions, and make a timing table from its results
+    #[command(long_about = calibrate::ABOUT)]
     Calibrate(calibrate::Arguments),
     /// Assemble or disassemble a MINASEC-U program
     Convert(convert::Arguments),
     /// Show what is known of an instruction, or the meaning of a finding code
+    #[command(long_about = explain::ABOUT)]
     Explain(explain::Arguments),
     /// List the timing tables, show one, or check your own
     Tables(tables::Arguments),

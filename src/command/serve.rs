@@ -27,7 +27,7 @@ use std::thread;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Emulates a CPU that runs a program scan by scan with a table's times, and answers requests like a PLC.
 
 The scan times are in the same registers, and with the same resolution, as on a CPU of this family, and can be read over \
@@ -46,7 +46,7 @@ The address is 127.0.0.1 unless one is given with the port (0.0.0.0:5007 for all
 
 /// The arguments of `serve`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     serving: ServeOptions,

@@ -21,7 +21,7 @@ use scanbound::iec::{self, Body, Pou, Project, same, xml};
 use scanbound::report::sfc::{Elsewhere, Study, dot, json, svg, text};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Analyse sequential function charts: loops, selections, parallels, and what runs at the same time
 
 Reads PLCopen XML and charts in text. For each chart: its structure as a tree; which actions can run together with which \
@@ -42,7 +42,7 @@ Exit codes: 0 done, 1 a fault was found in a chart, 2 bad usage or input, 70 int
 
 /// The arguments of `sfc`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Files of one project: PLCopen XML, or programs in text
     #[arg(required = true, value_name = "FILE")]

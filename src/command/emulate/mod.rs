@@ -14,7 +14,7 @@ use run_options::RunOptions;
 use scanbound::front::minasec::Source;
 use scanbound::front::read;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Runs a program from power-up, scan by scan, and shows what its devices and variables do and how long each scan takes by \
 the timing table.
 
@@ -30,7 +30,7 @@ Examples:
 
 /// The arguments of `emulate`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     run: RunOptions,

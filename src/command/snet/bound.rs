@@ -13,7 +13,7 @@ use scanbound::snet::knowledge::relays;
 use scanbound::snet::translate::{c200h, cx, listing, melsec};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Bound the scan time of a net's code, using the net's exclusions: boxes that are never marked together
 
 Without programs, the code that `snet translate` generates is audited. With programs, all of them are audited: the net's code \
@@ -31,7 +31,7 @@ Examples:
 
 /// The arguments of `snet bound`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net, with its addresses
     #[arg(value_name = "NET")]

@@ -9,7 +9,7 @@ use scanbound::report::netcheck::{Study, json, text};
 use scanbound::snet::check::{Options, check};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Check a net: deadlocks, transitions that never fire, and differences between the net and its code
 
 By the net's rule, transitions fire one after another. By the code's rule, all transitions are tested with the marks at the \
@@ -24,7 +24,7 @@ Exit codes: 0 sound, 1 something was found, 2 bad usage or input, 70 internal er
 
 /// The arguments of `snet check`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net
     #[arg(value_name = "NET")]

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use scanbound::snet::{pnml, text};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Convert a net between .snet and PNML, the file format of other tools for Petri nets
 
 In PNML, boxes and outer gates are places of a place/transition net; gates are read and inhibitor arcs, and each place to \
@@ -22,7 +22,7 @@ Examples:
 
 /// The arguments of `snet convert`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]

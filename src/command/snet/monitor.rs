@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Watch a C200H run a net's code, over Host Link on a serial line
 
 Shows on the drawn net which boxes are marked, which transitions fire, how far timers and counters are (set value \
@@ -39,7 +39,7 @@ Keys: arrow keys scroll, Tab shows the next page of the net, q ends.";
 
 /// The arguments of `snet monitor`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net with its addresses (.snet, .pnml)
     #[arg(value_name = "NET")]

@@ -10,7 +10,7 @@ use scanbound::front::Input;
 use scanbound::snet::translate::{c200h, listing};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Emulate a C200H that runs a net's code
 
 The net is translated as by `snet translate --to c200h`, and runs scan by scan with the times of the C200H's table. It \
@@ -24,7 +24,7 @@ Examples:
 
 /// The arguments of `snet serve`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]

@@ -20,7 +20,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Simulate a net: on the terminal step by step, or in batch by a stimulus
 
 On the terminal the drawn net shows its marks, and the transitions that can fire are lit. A bell and a notice report a \
@@ -43,7 +43,7 @@ Exit codes: 0 done, 1 the net came to a deadlock, 2 bad usage or input, 70 inter
 
 /// The arguments of `snet simulate`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net (.snet, .pnml)
     #[arg(value_name = "NET")]

@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use scanbound::snet::translate::{assignment, c200h, cx, gates, listing, melsec, plcopen};
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Generate code from a net: emergency stops, transitions, boxes, timers and counters, in this order
 
 Initial marks and arbiters are left out; with `--initial first-scan` the first scan sets the marks. `snet check` lists where \
@@ -23,7 +23,7 @@ Examples:
 
 /// The arguments of `snet translate`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net
     #[arg(value_name = "NET")]

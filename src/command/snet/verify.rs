@@ -11,7 +11,7 @@ use scanbound::snet::verify::verify;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-const ABOUT: &str = "\
+pub const ABOUT: &str = "\
 Check code against a net: whether every relay, timer and counter gets the same values as in the code generated from the net
 
 The code is a list of the C200H, of CX-Programmer or of MELSEC-Q and L. Each value is compared as a function of the relays when the scan starts, \
@@ -26,7 +26,7 @@ Exit codes: 0 the code is equivalent to the net's code, 1 it is not, 2 bad usage
 
 /// The arguments of `snet verify`.
 #[derive(Debug, Args)]
-#[command(long_about = ABOUT, after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// A net, with its addresses
     #[arg(value_name = "NET")]
