@@ -103,6 +103,16 @@ fn variables_with_addresses_share_memory_as_on_any_controller() {
     let looped = "PROGRAM main VAR i AT %MW0 : INT; b AT %MW0 : INT; p : REFERENCE TO INT; r : REAL; END_VAR \
         p REF= b; FOR i := 1 TO 3 DO p := 0; r := LN(1.0); END_FOR END_PROGRAM";
     assert_eq!(logarithms(looped), Err(vec![Code::LoopCount]));
+    // So does a member of an element whose index is calculated.
+    let member = |end: &str| {
+        format!(
+            "FUNCTION_BLOCK B VAR v AT %MW0 : INT; u : INT; END_VAR END_FUNCTION_BLOCK \
+            PROGRAM main VAR f : ARRAY[0..1] OF B; n AT %MW0 : INT; i, k : INT; r : REAL; END_VAR f[0](); f[1](); \
+            k := 1; f[0].u := 3; f[1].u := 3; n := 3; FOR i := 1 TO f[k].{end} DO n := 5; r := LN(1.0); END_FOR END_PROGRAM"
+        )
+    };
+    assert_eq!(logarithms(&member("v")), Err(vec![Code::LoopCount]));
+    costs(&member("u"), 3);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use scanbound_ir::{
 };
 use std::collections::BTreeSet;
 
-/// The bits that an address covers in both ways of numbering. None if it is not an I, Q or M address with numbers.
+/// The bits that an address covers in all ways of numbering. None if it is not an I, Q or M address with numbers.
 pub(super) fn bits(address: &str) -> Option<Bits> {
     let rest = address.strip_prefix('%')?;
     let area = rest.chars().next().filter(|area| matches!(area, 'I' | 'Q' | 'M'))?;
@@ -40,6 +40,18 @@ pub(super) fn bits(address: &str) -> Option<Bits> {
     Some((area, at.map(|at| (at, at.saturating_add(size)))))
 }
 
+/// The bits that a variable of a type takes at an address. None if the address cannot be read.
+pub(super) fn taken(tree: &Tree, ty: TypeId, address: &str) -> Option<Bits> {
+    let (area, mut taken) = bits(&address.to_ascii_uppercase())?;
+    // A structure or an array takes more than its first part, and so does a type larger than the address says.
+    let most_bits = match tree.types.get(ty) {
+        Type::Elementary(of) if of.kind().is_none() => 1,
+        _ => Extent::of(tree, ty).bits,
+    };
+    taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(most_bits)));
+    Some((area, taken))
+}
+
 /// A variable with a direct address.
 pub(super) struct Located {
     pub(super) spot: Spot,
@@ -53,15 +65,9 @@ impl Located {
     /// A variable at a direct address. None if the address cannot be read.
     pub(super) fn new(tree: &Tree, spot: &Spot, address: &str) -> Option<Located> {
         let address = address.to_ascii_uppercase();
-        let (area, mut taken) = bits(&address)?;
-        let kind = tree.types.kind(spot.ty);
-        // A structure or an array takes more than its first part, and so does a type larger than the address says.
-        let most_bits = match tree.types.get(spot.ty) {
-            Type::Elementary(_) if kind.is_none() => 1,
-            _ => Extent::of(tree, spot.ty).bits,
-        };
-        taken.iter_mut().for_each(|(from, to)| *to = (*to).max(from.saturating_add(most_bits)));
-        Some(Located { spot: spot.clone(), kind, address, taken: (area, taken) })
+        let (spot, kind) = (spot.clone(), tree.types.kind(spot.ty));
+        let taken = taken(tree, spot.ty, &address)?;
+        Some(Located { spot, kind, address, taken })
     }
 
     /// Whether the same content of both variables' memory is the same value in the modelled words.

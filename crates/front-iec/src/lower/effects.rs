@@ -2,7 +2,7 @@
 //! are cells, two names of one variable are recognised as one. A variable with an address also has its address bits,
 //! numbered in all ways that controllers use.
 
-use super::address::Located;
+use super::address::taken;
 use super::cells::{Cells, Effects, add};
 use super::references::references_in;
 use super::spots::{Bits, Context, Spot};
@@ -476,11 +476,10 @@ impl Lower<'_> {
         let spot = self.root(at, place.root, 0).ok()?;
         let mut found = Cells::new();
         match place.root {
-            Root::Variable(id) => self.add_address(id, &spot, &mut found),
+            Root::Variable(id) => self.add_address(id, &mut found),
             Root::Address(id) => {
-                let text = &self.tree.address(id).text;
-                let located = Located::new(self.tree, &spot, text);
-                located.into_iter().for_each(|one| add_bits(one.taken, &mut found));
+                let taken = taken(self.tree, spot.ty, &self.tree.address(id).text);
+                taken.into_iter().for_each(|taken| add_bits(taken, &mut found));
             }
             Root::This | Root::Program(_) | Root::Temporary(_) | Root::Target(_) => {}
         }
@@ -505,7 +504,7 @@ impl Lower<'_> {
         match self.stepped(&spot, unit, step) {
             Some(next) => {
                 if let Step::Member(id) = step {
-                    self.add_address(*id, &next, found);
+                    self.add_address(*id, found);
                 }
                 let unit = self.unit_of(next.ty);
                 self.add_cells(next, unit, rest, found);
@@ -522,7 +521,8 @@ impl Lower<'_> {
         }
     }
 
-    /// Adds the cells that can be reached through references inside an array element with an unknown index.
+    /// Adds the addresses of members of an array element with an unknown index, and the cells that can be reached
+    /// through references in it.
     fn add_through(
         &mut self,
         of: scanbound_iec_tree::types::TypeId,
@@ -540,6 +540,9 @@ impl Lower<'_> {
                 }
                 return;
             }
+            if let Step::Member(id) = step {
+                self.add_address(*id, found);
+            }
             match self.step_type(ty, step) {
                 Some(next) => ty = next,
                 None => return,
@@ -553,12 +556,11 @@ impl Lower<'_> {
         addresses.into_iter().flatten().for_each(|&taken| add_bits(taken, found));
     }
 
-    fn add_address(&self, id: VarId, spot: &Spot, found: &mut Cells) {
-        if let Some(text) = &self.tree.variable(id).at
-            && let Some(located) = Located::new(self.tree, spot, text)
-        {
-            add_bits(located.taken, found);
-        }
+    /// Adds the address of a variable, if it has one.
+    fn add_address(&self, id: VarId, found: &mut Cells) {
+        let variable = self.tree.variable(id);
+        let taken = variable.at.as_ref().and_then(|at| taken(self.tree, variable.ty, at));
+        taken.into_iter().for_each(|taken| add_bits(taken, found));
     }
 
     /// The body of a unit, or the nearest body that it inherits. None if all are empty.
