@@ -1,4 +1,5 @@
-//! An emulated CPU that repeats scans: runs one real run after the other and reports only the time of each.
+//! An emulated CPU that repeats scans: runs one real run after the other and reports the time of each, and what it
+//! changed. A value from outside is what was set last, and 0 before.
 
 use super::free::{FreeValues, Mode};
 use super::machine::Machine;
@@ -6,8 +7,10 @@ use super::memory::{Memory, ScanChanges};
 use super::outcome::Stopped;
 use super::timed::{TimedInputs, TimerMemory};
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::timers::TimerOrCounter;
-use scanbound_ir::{AreaKind, BitTarget, Cell, ChoiceId, ChoiceKey, Program};
+use scanbound_ir::timers::{TIME_UNIT, TimerOrCounter};
+use scanbound_ir::{
+    AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, ChoiceKind, Program, Source,
+};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
@@ -22,7 +25,14 @@ pub struct Emulated<'p> {
     first: bool,
     /// Time since power-up at which the next scan begins. Only [`Emulated::set_clock`] changes it.
     now: Picos,
+    /// Time since power-up at which the last scan began.
+    before: Picos,
     timer_memory: RefCell<TimerMemory>,
+    /// The inputs that instructions read directly, by the choices for their values.
+    direct_inputs: BTreeMap<ChoiceId, Cell>,
+    /// For each running timer of an expiry or an end of time, by its memory cell: the beginning of the scan in which it
+    /// started.
+    began: BTreeMap<Cell, Picos>,
 }
 
 /// The result of one scan of an emulated CPU.
@@ -38,6 +48,9 @@ pub struct Scan {
     /// The [`Step::Unbounded`](scanbound_ir::Step::Unbounded) at which the scan stopped, because the loop never ends.
     /// `None` if it reached none.
     pub unbounded: Option<usize>,
+    /// The cells that the scan read or wrote and that now hold something else than before it, or were not accessed
+    /// before.
+    pub changed: Vec<Cell>,
 }
 
 /// The values of cells and choices at the start of a scan of the emulated CPU.
@@ -50,9 +63,20 @@ impl<'p> Emulated<'p> {
     #[must_use]
     pub fn new(program: &'p Program, times: &'p [Times]) -> Emulated<'p> {
         let (memory, registers) = (Memory::default(), BTreeMap::new());
-        let (now, timer_memory) = (Picos::ZERO, RefCell::default());
-        let mut cpu =
-            Emulated { program, times, memory, registers, first: true, now, timer_memory };
+        let (now, before, timer_memory) = (Picos::ZERO, Picos::ZERO, RefCell::default());
+        let (direct_inputs, began) = (direct_inputs(program), BTreeMap::new());
+        let mut cpu = Emulated {
+            program,
+            times,
+            memory,
+            registers,
+            first: true,
+            now,
+            before,
+            timer_memory,
+            direct_inputs,
+            began,
+        };
         cpu.flag_first(true);
         cpu
     }
@@ -84,10 +108,19 @@ impl<'p> Emulated<'p> {
         self.registers.get(&(area.to_owned(), index)).copied()
     }
 
-    /// The current value of a cell: 0 if nothing has written it. A value that the scans left unknown is arbitrary.
+    /// The current value of a cell: its initial value if nothing has written it. A value that the scans left unknown is
+    /// arbitrary.
     #[must_use]
     pub fn value(&self, cell: Cell) -> u16 {
-        self.memory.get(cell).map_or(0, |(value, _)| value)
+        let written = self.memory.get(cell).map(|(value, _)| value);
+        written.unwrap_or_else(|| self.program.power_up.initial_value(cell))
+    }
+
+    /// As [`Emulated::value`]; `None` if the scans left the value unknown.
+    #[must_use]
+    pub fn known_value(&self, cell: Cell) -> Option<u16> {
+        let is_known = self.memory.get(cell).is_none_or(|(_, unknown)| unknown == 0);
+        is_known.then(|| self.value(cell))
     }
 
     /// Sets the time since power-up at which the next scan begins. A scan does not advance it.
@@ -102,10 +135,26 @@ impl<'p> Emulated<'p> {
         let (total, executed, stopped, unbounded, mut state) = machine.summed(most);
         let changes = ScanChanges::of(&mut state);
         drop(state);
-        self.memory.apply(changes);
+        let changed = self.memory.apply(changes);
+        self.note_timers();
+        self.before = self.now;
         self.first = false;
         self.flag_first(false);
-        Scan { total, executed, stopped, unbounded }
+        Scan { total, executed, stopped, unbounded, changed }
+    }
+
+    /// Notes which timers run after a scan, and when they started.
+    fn note_timers(&mut self) {
+        let timekeeping = &self.program.timekeeping;
+        let expiries = timekeeping.expiries.values().map(|expiry| (expiry.memory, expiry.idle));
+        let ends = timekeeping.ends.values().map(|&(running, _)| (running, 0));
+        for (memory, idle) in expiries.chain(ends) {
+            if self.memory.get(memory).is_none_or(|(value, _)| value == idle) {
+                self.began.remove(&memory);
+            } else {
+                self.began.entry(memory).or_insert(self.now);
+            }
+        }
     }
 }
 
@@ -124,8 +173,13 @@ impl FreeValues for Start<'_, '_> {
         self.cpu.memory.get(cell).map_or(0, |(_, unknown)| unknown)
     }
 
-    fn choice(&mut self, _key: &ChoiceKey, _kind: AreaKind) -> u16 {
-        0
+    fn choice(&mut self, key: &ChoiceKey, _kind: AreaKind) -> u16 {
+        let expiries = &self.cpu.program.timekeeping.expiries;
+        match self.cpu.direct_inputs.get(&key.choice) {
+            Some(&input) => self.cpu.value(input),
+            // A timer that may be over with this scan or with the next one is over with the next one.
+            None => expiries.get(&key.choice).map_or(0, |expiry| expiry.while_running.into()),
+        }
     }
 
     fn timed(&mut self, timed: &TimerOrCounter, found: &TimedInputs) -> Option<(bool, u16)> {
@@ -138,10 +192,47 @@ impl FreeValues for Start<'_, '_> {
         true
     }
 
+    fn ran_for(&mut self, memory: Cell) -> Option<(Picos, Picos)> {
+        let began = self.cpu.began.get(&memory).copied().unwrap_or(self.cpu.now);
+        let since = self.cpu.now.checked_sub(began).unwrap_or_default();
+        Some((since, since))
+    }
+
+    fn is_over(&self, choice: ChoiceId) -> Option<bool> {
+        let &(running, units) = self.cpu.program.timekeeping.ends.get(&choice)?;
+        let time = TIME_UNIT.times(units.into());
+        let is_over = |began: &Picos| self.cpu.now.0 - began.0 >= time.0;
+        Some(self.cpu.began.get(&running).is_some_and(is_over))
+    }
+
+    fn passed(&self) -> Option<u64> {
+        Some(self.cpu.now.0 / TIME_UNIT.0 - self.cpu.before.0 / TIME_UNIT.0)
+    }
+
     fn register(&mut self, choice: ChoiceId) -> Option<u16> {
         let (area, index) = self.cpu.program.registers.get(&choice)?;
         Some(self.cpu.register(area, *index).unwrap_or(0))
     }
+}
+
+/// The inputs that instructions read directly, by the choices for their values. An instruction that names several
+/// inputs counts with the first.
+fn direct_inputs(program: &Program) -> BTreeMap<ChoiceId, Cell> {
+    let mut found = BTreeMap::new();
+    let inputs = &program.power_up.inputs;
+    let is_input = |cell: &Cell| inputs.iter().any(|region| region.contains(*cell));
+    for instruction in &program.instructions {
+        let mut named = instruction.operands.iter().map(|operand| operand.device.cell);
+        let Some(input) = named.find(is_input) else { continue };
+        instruction.each_read(&mut |source| {
+            if let Source::Bit(BitSource::Free(choice)) = source
+                && program.kinds.get(&choice) == Some(&ChoiceKind::External)
+            {
+                found.insert(choice, input);
+            }
+        });
+    }
+    found
 }
 
 #[cfg(test)]

@@ -62,7 +62,8 @@ impl<'p> State<'p> {
     /// In a run of scans that follow each other: whether the choice depends on earlier scans in a way that the run does
     /// not follow (`Timekeeping::untracked`). False in other runs.
     pub(super) fn is_uncounted(&self, choice: ChoiceId) -> bool {
-        self.free.counts_time() && self.program.timekeeping.untracked.contains(&choice)
+        let follows_scans = self.free.counts_time() || self.free.passed().is_some();
+        follows_scans && self.program.timekeeping.untracked.contains(&choice)
     }
 
     /// The set value of a timer in its units. `None` if it is unknown, may change at any moment, or is not valid BCD.

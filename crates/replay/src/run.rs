@@ -8,12 +8,9 @@ use super::outcome::RealRun;
 use super::timed::{TimedInputs, TimerMemory};
 use scanbound_base::time::{Picos, Times};
 use scanbound_ir::meaning::OperationInput;
-#[cfg(doc)]
-use scanbound_ir::timers::Timekeeping;
-use scanbound_ir::timers::{TIME_UNIT, TimerOrCounter};
+use scanbound_ir::timers::TimerOrCounter;
 use scanbound_ir::{
-    AreaId, AreaKind, BitSource, BitTarget, Cell, ChoiceId, ChoiceKey, ChoiceKind, Program, Region,
-    Source, WordSource, flow,
+    AreaId, AreaKind, BitTarget, Cell, ChoiceKey, ChoiceKind, Program, Region, WordSource, flow,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -37,9 +34,6 @@ pub struct Outside<'p> {
     written: Vec<Region>,
     /// If values from outside are unknown: the cells that the program writes individually. `None` otherwise.
     program_written: Option<BTreeSet<Cell>>,
-    /// For an emulated PLC, on which every cell holds what was last written to it by the program or with [`Run::set`],
-    /// and its initial value before: the inputs that instructions read directly. `None` for others.
-    closed: Option<BTreeMap<ChoiceId, Cell>>,
 }
 
 /// If the program writes a region with more cells than this, the region does not count as written individually.
@@ -49,27 +43,7 @@ impl<'p> Outside<'p> {
     /// The cells of this program that are set from outside, with known values.
     #[must_use]
     pub fn of(program: &'p Program) -> Outside<'p> {
-        Outside { program, written: written(program), program_written: None, closed: None }
-    }
-
-    /// The outside of an emulated PLC: only what is set with [`Run::set`] comes from there.
-    #[must_use]
-    pub fn emulated(program: &'p Program) -> Outside<'p> {
-        let mut direct = BTreeMap::new();
-        let inputs = &program.power_up.inputs;
-        let is_input = |cell: &Cell| inputs.iter().any(|region| region.contains(*cell));
-        for instruction in &program.instructions {
-            let mut read = instruction.operands.iter().map(|operand| operand.device.cell);
-            let Some(input) = read.find(is_input) else { continue };
-            instruction.each_read(&mut |source| {
-                if let Source::Bit(BitSource::Free(choice)) = source
-                    && program.kinds.get(&choice) == Some(&ChoiceKind::External)
-                {
-                    direct.insert(choice, input);
-                }
-            });
-        }
-        Outside { closed: Some(direct), ..Outside::of(program) }
+        Outside { program, written: written(program), program_written: None }
     }
 
     /// The outside of this program with unknown values: everything from outside is unknown, and in the first scan also
@@ -111,9 +85,6 @@ impl<'p> Outside<'p> {
     /// Whether the cell is set from outside before each scan: it is an input, and the program does not write it.
     #[must_use]
     pub fn sets(&self, cell: Cell) -> bool {
-        if self.closed.is_some() {
-            return false;
-        }
         let inputs = &self.program.power_up.inputs;
         inputs.iter().any(|region| region.contains(cell))
             && !self.written.iter().any(|region| region.contains(cell))
@@ -132,19 +103,13 @@ pub struct Run<'p> {
     is_first: bool,
     /// Time since power-up at which the next scan begins.
     now: Picos,
-    /// Time since power-up at which the last scan began.
-    before: Picos,
     timer_memory: RefCell<TimerMemory>,
     /// For each running timer, by its memory cell: the earliest and the latest time at which it was started.
     began: BTreeMap<Cell, (Picos, Picos)>,
     /// The bit of a word that is on in the first scan only, if the program does not write that word.
     first_scan_flag: Option<(Cell, u8)>,
-    /// For each bit of [`Timekeeping::ends`] that is on: the beginning of the scan in which it came on.
-    on_since: BTreeMap<Cell, Picos>,
     /// Which readings of a standard the controller follows, and what the scans so far depend on.
     cases: Cases,
-    /// The cells that the last scan changed, or accessed for the first time.
-    changed: Vec<Cell>,
     /// The start values that the last scan read.
     asked: RefCell<BTreeMap<Cell, u16>>,
     /// The time of the last scan, if scans with the same inputs repeat it until a timer times out. Otherwise `None`.
@@ -187,11 +152,8 @@ impl<'p> Run<'p> {
             memory: Memory::default(),
             is_first: true,
             now: Picos::ZERO,
-            before: Picos::ZERO,
             timer_memory: RefCell::default(),
             began: BTreeMap::new(),
-            on_since: BTreeMap::new(),
-            changed: Vec::new(),
             asked: RefCell::default(),
             steady: None,
             reads_presents: reads(outside.program, &presents),
@@ -214,10 +176,10 @@ impl<'p> Run<'p> {
         let cases = std::mem::take(&mut state.cases);
         drop(state);
         self.cases = cases;
-        self.changed = self.memory.apply(changes);
+        let changed = self.memory.apply(changes);
         let scratch = &program.timekeeping.scratch;
         let matters = |cell: &Cell| !self.presents.contains(cell) && !scratch.contains(&cell.area);
-        let is_steady = !self.is_first && !self.changed.iter().any(matters);
+        let is_steady = !self.is_first && !changed.iter().any(matters);
         let took = self.overhead + real.replay.total;
         self.steady = is_steady.then_some(took);
         for expiry in program.timekeeping.expiries.values() {
@@ -228,13 +190,6 @@ impl<'p> Run<'p> {
                 self.began.insert(memory, (self.now, self.now + took));
             }
         }
-        for &(running, _) in program.timekeeping.ends.values() {
-            match self.memory.get(running) {
-                Some((1, 0)) => _ = self.on_since.entry(running).or_insert(self.now),
-                _ => _ = self.on_since.remove(&running),
-            }
-        }
-        self.before = self.now;
         self.now += took;
         self.is_first = false;
         real
@@ -246,39 +201,6 @@ impl<'p> Run<'p> {
             Some((word, bit)) if word == cell => 1 << bit,
             _ => 0,
         }
-    }
-
-    /// Writes a value into a cell from outside the program, before the next scan.
-    pub fn set(&mut self, cell: Cell, value: u16) {
-        self.memory.set(cell, value);
-    }
-
-    /// The value of a cell between two scans. `None` if the scans left it unknown.
-    #[must_use]
-    pub fn value(&self, cell: Cell) -> Option<u16> {
-        match self.memory.get(cell) {
-            Some((value, 0)) => Some(value),
-            Some(_) => None,
-            None => Some(self.outside.program.power_up.initial_value(cell)),
-        }
-    }
-
-    /// The cells that the last scan read or wrote and that now hold something else than before it, or were not accessed
-    /// before.
-    #[must_use]
-    pub fn changed(&self) -> &[Cell] {
-        &self.changed
-    }
-
-    /// The time since power-up at which the next scan begins.
-    #[must_use]
-    pub fn now(&self) -> Picos {
-        self.now
-    }
-
-    /// Lets the next scan begin at this time, unless it begins later anyway.
-    pub fn wait_until(&mut self, time: Picos) {
-        self.now = self.now.max(time);
     }
 
     /// Lets the controller follow these readings of a standard. All others stay unknown.
@@ -360,9 +282,6 @@ impl Start<'_, '_> {
         if outside.sets(cell) {
             return 0;
         }
-        if outside.closed.is_some() {
-            return self.run.memory.get(cell).map_or(0, |(_, unknown)| unknown);
-        }
         // Cells that are written by others at any time are unknown.
         if is_in(&program.volatile)
             || program.networks.iter().any(|(region, _)| region.contains(cell))
@@ -411,16 +330,6 @@ impl FreeValues for Start<'_, '_> {
         {
             return at_random(seed, key);
         }
-        let Run { outside, memory, .. } = self.run;
-        if let Some(direct) = &outside.closed {
-            if let Some(&input) = direct.get(&key.choice) {
-                return memory.get(input).map_or(0, |(value, _)| value);
-            }
-            // A timer that may be over with this scan or with the next one is over with the next one.
-            if let Some(expiry) = outside.program.timekeeping.expiries.get(&key.choice) {
-                return expiry.while_running.into();
-            }
-        }
         self.given.choices.get(key).copied().unwrap_or(0)
     }
 
@@ -440,20 +349,6 @@ impl FreeValues for Start<'_, '_> {
 
     fn counts_time(&self) -> bool {
         self.simulates_time()
-    }
-
-    fn is_over(&self, choice: ChoiceId) -> Option<bool> {
-        let Run { outside, now, on_since, .. } = self.run;
-        outside.closed.as_ref()?;
-        let (running, units) = outside.program.timekeeping.ends.get(&choice)?;
-        let since = on_since.get(running);
-        let is_over = |since: &Picos| now.0 - since.0 >= TIME_UNIT.0 * u64::from(*units);
-        Some(since.is_some_and(is_over))
-    }
-
-    fn passed(&self) -> Option<u64> {
-        let Run { now, before, .. } = self.run;
-        self.run.outside.closed.is_some().then(|| now.0 / TIME_UNIT.0 - before.0 / TIME_UNIT.0)
     }
 
     fn ran_for(&mut self, memory: Cell) -> Option<(Picos, Picos)> {

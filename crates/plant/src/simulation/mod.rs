@@ -12,9 +12,9 @@ use crate::stimulus::{Form, read};
 use recording::{End, Recording, Scan};
 use scanbound_base::diagnostic::Diagnostic;
 use scanbound_base::time::{Picos, Times};
-use scanbound_ir::{Cell, ChoiceKey, Program};
-use scanbound_replay::run::{Outside, OutsideValues, Run};
-use scanbound_replay::{Readings, StopReason};
+use scanbound_ir::{Cell, Program};
+use scanbound_replay::StopReason;
+use scanbound_replay::emulated::Emulated;
 use signals::{Place, Signal, Signals, Value};
 use std::collections::BTreeMap;
 
@@ -78,60 +78,52 @@ pub fn simulate(
     stimulus: &[Change],
     length: Length,
 ) -> Recording {
-    let outside = Outside::emulated(program);
-    let readings: Readings =
-        (0..).map(|reading| (reading, false)).take(program.readings.len()).collect();
-    let choices: BTreeMap<ChoiceKey, u16> = BTreeMap::new();
-    let given = OutsideValues { inputs: BTreeMap::new(), choices: &choices, seed: None };
-    let mut run = Run::new(&outside, times, overhead).with_readings(readings);
-    let mut recorder = Recorder::new(signals, watched, &run);
+    let mut cpu = Emulated::new(program, times);
+    let mut recorder = Recorder::new(signals, watched, &cpu);
+    let mut clock = Picos::ZERO;
     // A cyclic task begins a scan at each interval.
     let interval = program.interval.filter(|one| one.0 > 0);
     let mut rest = stimulus;
     while (recorder.recording.scans.len() as u64) < length.scans
-        && length.end.is_none_or(|end| run.now() < end)
+        && length.end.is_none_or(|end| clock < end)
     {
-        let start = run.now();
-        let due = rest.partition_point(|change| change.at <= start);
+        let due = rest.partition_point(|change| change.at <= clock);
         let (now, later) = rest.split_at(due);
         rest = later;
         for change in now {
-            set(&mut run, change);
+            set(&mut cpu, change);
         }
-        let before = recorder.changes(now.iter().flat_map(|change| change.place.cells()), &run);
-        let real = run.scan(&given, MAX_INSTRUCTIONS);
-        if let Some(stopped) = &real.stopped {
-            recorder.recording.end = Some(match stopped.reason {
-                StopReason::Unknown(cause) => End::Unknown(cause),
-                StopReason::Excluded | StopReason::Error => End::Error(stopped.at),
-                StopReason::TooLong => End::Endless(stopped.at),
-            });
+        let before = recorder.changes(now.iter().flat_map(|change| change.place.cells()), &cpu);
+        cpu.set_clock(clock);
+        let scan = cpu.scan(MAX_INSTRUCTIONS);
+        let stopped = scan.stopped.as_ref().map(|stopped| match stopped.reason {
+            StopReason::Unknown(cause) => End::Unknown(cause),
+            StopReason::Excluded | StopReason::Error => End::Error(stopped.at),
+            StopReason::TooLong => End::Endless(stopped.at),
+        });
+        recorder.recording.end = stopped.or(scan.unbounded.map(End::Endless));
+        if recorder.recording.end.is_some() {
             break;
         }
-        if let Some(at) = real.replay.unbounded {
-            recorder.recording.end = Some(End::Endless(at));
-            break;
-        }
-        let after = recorder.changes(run.changed().iter().copied(), &run);
-        let time = Picos(run.now().0 - start.0);
-        recorder.recording.scans.push(Scan { start, time, before, after });
+        let after = recorder.changes(scan.changed.into_iter(), &cpu);
+        let time = scan.total + overhead;
+        recorder.recording.scans.push(Scan { start: clock, time, before, after });
+        clock += time;
         if let Some(interval) = interval {
-            run.wait_until(Picos(run.now().0.next_multiple_of(interval.0)));
+            clock = Picos(clock.0.next_multiple_of(interval.0));
         }
     }
     recorder.recording
 }
 
 /// Sets a value from outside.
-fn set(run: &mut Run<'_>, change: &Change) {
+fn set(cpu: &mut Emulated<'_>, change: &Change) {
     for (cell, &word) in change.place.cells().zip(&change.words) {
         let word = match change.place {
-            Place::WordBit(_, bit) => {
-                run.value(cell).unwrap_or(0) & !(1 << bit) | (word & 1) << bit
-            }
+            Place::WordBit(_, bit) => cpu.value(cell) & !(1 << bit) | (word & 1) << bit,
             Place::Bit(_) | Place::Words(..) => word,
         };
-        run.set(cell, word);
+        cpu.set(cell, word);
     }
 }
 
@@ -150,7 +142,7 @@ struct Recorder<'s, 'p> {
 }
 
 impl<'s, 'p> Recorder<'s, 'p> {
-    fn new(signals: &'s Signals<'p>, watched: &[Signal], run: &Run<'_>) -> Recorder<'s, 'p> {
+    fn new(signals: &'s Signals<'p>, watched: &[Signal], cpu: &Emulated<'_>) -> Recorder<'s, 'p> {
         let mut recorder = Recorder {
             signals,
             recording: Recording::default(),
@@ -160,7 +152,7 @@ impl<'s, 'p> Recorder<'s, 'p> {
             values: Vec::new(),
         };
         for signal in watched {
-            let value = signal.place.value(|cell| run.value(cell));
+            let value = signal.place.value(|cell| cpu.known_value(cell));
             recorder.add(signal, value);
         }
         recorder
@@ -176,12 +168,16 @@ impl<'s, 'p> Recorder<'s, 'p> {
     }
 
     /// The signals among these cells whose values differ from those last noted.
-    fn changes(&mut self, cells: impl Iterator<Item = Cell>, run: &Run<'_>) -> Vec<(usize, Value)> {
+    fn changes(
+        &mut self,
+        cells: impl Iterator<Item = Cell>,
+        cpu: &Emulated<'_>,
+    ) -> Vec<(usize, Value)> {
         let mut found = Vec::new();
         for cell in cells {
             let known = self.known.entry(cell).or_insert_with(|| self.signals.of_cell(cell));
             for signal in known.clone() {
-                let value = signal.place.value(|cell| run.value(cell));
+                let value = signal.place.value(|cell| cpu.known_value(cell));
                 let number = match self.numbers.get(&signal.place) {
                     Some(&number) => number,
                     None if self.is_open => {
