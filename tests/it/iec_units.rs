@@ -113,6 +113,16 @@ fn variables_with_addresses_share_memory_as_on_any_controller() {
     };
     assert_eq!(logarithms(&member("v")), Err(vec![Code::LoopCount]));
     costs(&member("u"), 3);
+    // So does a member of an instance that nothing calls.
+    let uncalled = |variables: &str, body: &str| {
+        format!(
+            "FUNCTION_BLOCK B VAR v AT %MW0 : INT; END_VAR END_FUNCTION_BLOCK TYPE S : STRUCT m : INT; b : B; END_STRUCT END_TYPE \
+            PROGRAM main VAR n AT %MW0 : INT; {variables} r : REAL; END_VAR n := 3; {body} IF n = 5 THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    costs(&uncalled("f : S;", "f.b.v := 5;"), 1);
+    costs(&uncalled("f : ARRAY[0..1] OF S; k : INT;", "k := 1; f[k].b.v := 5;"), 1);
+    costs(&uncalled("f, g : B;", "g := f;"), 0);
 }
 
 #[test]
@@ -176,4 +186,56 @@ fn an_input_with_an_edge_keeps_what_was_passed() {
     costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(); f();"), 1);
     costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(c := FALSE); f(c := TRUE);"), 2);
     costs(&text("F_EDGE", "f(c := TRUE); f(); f(c := FALSE); f();"), 1);
+    // A derived block has the input without its edge, and the end of the body overwrites what it wrote to the input.
+    let refused = |base: &str, units: &str| {
+        let text = format!(
+            "VAR_GLOBAL f : D; END_VAR PROGRAM P f.c := FALSE; END_PROGRAM FUNCTION_BLOCK E VAR_INPUT c : BOOL R_EDGE; END_VAR VAR n : INT; END_VAR \
+            {base} END_FUNCTION_BLOCK {units} PROGRAM main VAR_EXTERNAL f : D; END_VAR f(c := TRUE); f(c := TRUE); END_PROGRAM"
+        );
+        logarithms(&text) == Err(vec![Code::NotModelled])
+    };
+    let derived = |body: &str| {
+        format!("FUNCTION_BLOCK D EXTENDS E VAR r : REAL; END_VAR {body} END_FUNCTION_BLOCK")
+    };
+    assert!(refused("n := 1;", &derived("IF NOT c THEN r := LN(1.0); END_IF")));
+    assert!(refused("P();", &derived("")));
+    assert!(refused("c := n > 0;", &derived("")));
+    assert!(!refused("n := 1;", &derived("")));
+}
+
+#[test]
+fn a_kept_or_selected_constant_may_be_an_unsigned_number() {
+    let text = |variables: &str, body: &str| {
+        format!(
+            "PROGRAM main VAR {variables} r : REAL; END_VAR {body} THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    for (body, may) in [
+        ("k := 0; y := MUX(k, x, 40000); IF y <> -1", 1),
+        ("k := 0; y := MUX(k, x, 16#FFFF); IF y > 40000", 1),
+        ("y := MUX(0, x, 40000); IF y <> -1", 1),
+        ("k := 0; y := MUX(k, x, 30000); IF y <> -1", 0),
+    ] {
+        costs(&text("x, k : INT; y : DINT;", &format!("x := -1; {body}")), may);
+    }
+    let list = "PROGRAM main VAR x, y : DINT; u : UDINT; r : REAL; END_VAR
+        LD -1\nST x\nLD 4294967294\nADD 1\nST u\nEQ x\nJMPCN fin\nLD 1.0\nLN\nST r\nfin:\nLD 0\nST y\nEND_PROGRAM";
+    costs(list, 1);
+    costs(&text("l : LINT; q : REAL;", "q := 1.0E12; l := TRUNC(q); IF l > 2147483647"), 1);
+}
+
+#[test]
+fn a_calculated_text_has_the_length_that_any_controller_gives_it() {
+    let sum = "FUNCTION Sum : INT VAR_IN_OUT CONSTANT s : STRING[5]; END_VAR VAR i : INT; z : REAL; END_VAR \
+        FOR i := 1 TO LEN(s) DO z := LN(1.0); END_FOR END_FUNCTION";
+    let called = format!(
+        "{sum} PROGRAM main VAR a, b : STRING[10]; n : INT; END_VAR n := Sum(s := CONCAT(a, b)); END_PROGRAM"
+    );
+    assert_eq!(logarithms(&called), Err(vec![Code::NotModelled]));
+    for (of, least) in [("'\u{3042}\u{3044}'", 6), ("DINT_TO_STRING(n)", 255)] {
+        let text = format!(
+            "PROGRAM main VAR i : INT; n : DINT; z : REAL; END_VAR FOR i := 1 TO LEN({of}) DO z := LN(1.0); END_FOR END_PROGRAM"
+        );
+        assert!(logarithms(&text).is_ok_and(|(most, _)| most >= least), "{of}");
+    }
 }

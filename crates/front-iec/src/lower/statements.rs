@@ -1,5 +1,6 @@
 //! Lowers statements and the routines that contain them.
 
+use super::cells::{Effects, add};
 use super::spots::Callee;
 use super::spots::{Context, Found, Instance};
 use super::{Entry, Lower};
@@ -11,8 +12,8 @@ use scanbound_front::builder::always;
 use scanbound_iec::Section;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, UnitId, VarId};
-use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind};
+use scanbound_iec_tree::declarations::{Code, Routine, RoutineKind, Stated, UnitId, VarId};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind, Tree};
 use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
@@ -61,6 +62,7 @@ impl Lower<'_> {
         let context = Context { instance, frame };
         if routine.kind == RoutineKind::Body {
             self.begin_temporary(&context, routine.unit);
+            self.edges_stay(&context, routine);
         }
         let inherits = entry == Entry::Body && routine.unit != own;
         let inherited = inherits.then(|| self.carries_inherited_body());
@@ -87,6 +89,42 @@ impl Lower<'_> {
         self.landing();
         self.assembler().builder.add(None, Vec::new(), Step::Return);
         begin
+    }
+
+    /// Refuses a body if it does not itself look for the edges of all inputs declared R_EDGE or F_EDGE, or if it or
+    /// what it calls writes such an input: it begins with a trigger for each, and ends with the value that was passed.
+    fn edges_stay(&mut self, at: &Context, body: &Routine) {
+        let tree = self.tree;
+        let Instance { unit, spot } = self.instances[at.instance].clone();
+        let inherited = tree.lineage(unit).into_iter().filter(|&one| one != body.unit);
+        let inherited = inherited.flat_map(|one| edge_inputs(tree, one)).next();
+        let inputs = edge_inputs(tree, body.unit);
+        let code = match &body.code {
+            Code::Statements(all) if all.len() >= 3 * inputs.len() => {
+                &all[2 * inputs.len()..all.len() - inputs.len()]
+            }
+            _ => &[],
+        };
+        let effects = self.found(|own, found| own.of_statements(at, code, found));
+        let written = inputs.into_iter().find(|&id| {
+            let mut own = Effects::default();
+            let input = self.member(&spot, unit, id);
+            input.iter().for_each(|input| add(&mut own.reads, input.tag.regions()));
+            effects.changes(&own)
+        });
+        let (id, what) = match (inherited, written) {
+            (Some(id), _) => (id, "inherits it or is inherited from"),
+            (None, Some(id)) => (id, "writes it, or calls what writes it"),
+            (None, None) => return,
+        };
+        let message = format!(
+            "{} is an input with an edge, and {} {what}: not followed",
+            tree.variable(id).name,
+            tree.unit(body.unit).name
+        );
+        let help = "declare it without an edge, and call R_TRIG or F_TRIG yourself";
+        let line = tree.unit(body.unit).line;
+        self.fault(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
     }
 
     /// Begins the call of a body that a block without one inherits: controllers differ in whether they execute it.
@@ -461,6 +499,16 @@ impl Lower<'_> {
             _ => None,
         })
     }
+}
+
+/// The inputs of a unit that are declared R_EDGE or F_EDGE.
+fn edge_inputs(tree: &Tree, unit: UnitId) -> Vec<VarId> {
+    let own = &tree.unit(unit).variables;
+    let has_memory = |id: &&VarId| {
+        let memory = format!("{}.edge", tree.variable(**id).name);
+        own.iter().any(|other| tree.variable(*other).name == memory)
+    };
+    own.iter().filter(has_memory).copied().collect()
 }
 
 /// An expression that reads a place.
