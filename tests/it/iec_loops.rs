@@ -202,3 +202,25 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     let kept = unit("IF c = 2 THEN x := LN(x); END_IF c := 1;", "f(c := n);");
     assert_eq!(costing_by(Trust::All, "LN,1,1\n", &kept), Ok((0, 0)));
 }
+
+#[test]
+fn an_end_or_a_step_beyond_the_type_of_a_loop_is_refused() {
+    let of = |variables: &str, head: &str| {
+        let text = format!(
+            "PROGRAM main VAR {variables} x : REAL; END_VAR FOR i := {head} DO x := LN(x); END_FOR END_PROGRAM"
+        );
+        costing("LN,1,1\n", &text).map(|found| found.0).map_err(|codes| codes[0])
+    };
+    for head in ["10 TO 1 BY 16#FFFF", "1 TO 10 BY -40000", "1 TO -(200 * 200) / 1000"] {
+        assert_eq!(of("i : INT;", head), Err(Code::LoopCount), "{head}");
+    }
+    assert_eq!(of("i : DINT;", "10 TO 1 BY -3"), Ok(4));
+    assert_eq!(of("i : USINT;", "10 TO 5 BY -4"), Ok(2));
+}
+
+#[test]
+fn a_reference_outside_of_its_array_may_lead_anywhere() {
+    let text = "PROGRAM main VAR p : ARRAY[0..1] OF POINTER TO INT; a, b, k : INT; x : REAL; END_VAR \
+        p[0] := ADR(a); p[1] := ADR(b); a := 1; b := 1; k := 2; IF p[k]^ = 9 THEN x := LN(x); END_IF END_PROGRAM";
+    assert_eq!(costing("LN,1,1\n", text), Ok((1, 0)));
+}
