@@ -362,23 +362,10 @@ impl Lower<'_> {
             Target::BaseBody(base) => {
                 let unit = self.instances[at.instance].unit;
                 let callee = Callee::Unit(self.instances[at.instance].spot.clone(), unit);
-                let own = Entry::Routine(tree.unit(*base).body);
-                let is_stated = self.stated_of(at.instance, own).is_some();
-                let entry = self.body_in(*base).map(Entry::Routine);
-                let entry = entry.or_else(|| is_stated.then_some(own));
-                if let Some(entry) = entry {
-                    self.has_one_name(at, (at.instance, entry), call, line)?;
-                }
+                let entry = Entry::Routine(tree.unit(*base).body);
+                self.has_one_name(at, (at.instance, entry), call, line)?;
                 self.hand_over(at, &callee, call, line)?;
-                match entry {
-                    Some(entry) if entry == own => self.call(at.instance, entry),
-                    Some(entry) => {
-                        let carries = self.carries_inherited_body();
-                        self.call(at.instance, entry);
-                        self.land(carries);
-                    }
-                    None => self.cost(&["CAL"], "call"),
-                }
+                self.call(at.instance, entry);
                 self.take_back(at, &callee, call, line)
             }
         }
