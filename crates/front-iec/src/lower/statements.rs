@@ -140,8 +140,8 @@ impl Lower<'_> {
         self.fault(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
     }
 
-    /// Initialises the VAR_TEMP variables of the unit `own` and of its bases, as each execution of its body does. `of` is
-    /// the unit that declares this body, and `carries` whether it is executed. Controllers differ in whether they also
+    /// Initialises the VAR_TEMP variables of the unit `own` and of its bases, as each execution of its body does. The
+    /// unit `of` declares this body, and `carries` is whether it is executed. Controllers differ in whether they also
     /// initialise the variables of the other units.
     fn begin_temporary(&mut self, at: &Context, own: UnitId, of: UnitId, carries: &Logic) {
         let Instance { unit, spot } = self.instances[at.instance].clone();
