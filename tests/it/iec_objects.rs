@@ -551,7 +551,7 @@ fn of_a_library_the_declaration_and_the_time_are_enough() {
         CHECKSUM = { time = '7us', writes = ['last'] }\nHANDED = { time = '1us' }\n";
     let of = |facts: &str, statements: &str| {
         let text = format!(
-            "{units} PROGRAM main VAR log, two : LOGGER; q : QUIET; n, io : INT; t : TON; END_VAR
+            "{units} PROGRAM main VAR log, two : LOGGER; q : QUIET; n, io : INT; d : DWORD; t : TON; END_VAR
              VAR_EXTERNAL last, other : INT; END_VAR {statements} END_PROGRAM"
         );
         let facts = Facts::parse("facts.toml", facts).expect("facts");
@@ -589,7 +589,11 @@ fn of_a_library_the_declaration_and_the_time_are_enough() {
         &format!("n := 1; other := 1; {call}"),
         "n <> 1 OR other <> 1 OR two.level <> two.level"
     ));
-    assert_eq!(of(facts, "n := HANDED(ADR(io));"), Err(Code::NotModelled));
+    // Nor where an address may be.
+    for address in ["n := HANDED(ADR(io));", "d := ADR(io);", "d := ADR(io) + 2;"] {
+        let text = format!("{address} {call}");
+        assert_eq!(of(facts, &text), Err(Code::NotModelled), "{address}");
+    }
     assert_eq!(
         of("[calls]\nCHECKSUM = { time = '7us', writes = ['nowhere'] }", "n := CHECKSUM(1, 2);"),
         Err(Code::Fact)

@@ -2,6 +2,7 @@
 //! what some controller does.
 
 use crate::iec_exact::logarithms;
+use crate::iec_readings::audited;
 use scanbound::base::code::Code;
 
 /// Asserts the largest number of logarithms that a scan may compute.
@@ -68,6 +69,121 @@ fn the_body_of_a_base_is_a_call_of_its_own() {
     costs(&text(clears, "x := 1; SUPER^(); IF x = 0 THEN r := LN(1.0); END_IF"), 1);
 }
 
+/// Units and the body of a program, with `H`, which writes the globals `g` and `k` and moves the pointer `gp`.
+fn with_initial(units: &str, variables: &str, body: &str) -> String {
+    format!(
+        "VAR_GLOBAL g, k, a0, b0 : INT; gp : POINTER TO INT; END_VAR \
+        FUNCTION H : INT g := 5; k := 1; gp := ADR(b0); H := 0; END_FUNCTION {units} \
+        PROGRAM main VAR {variables} x, i : INT; r : REAL; END_VAR g := 1; k := 0; gp := ADR(a0); {body} END_PROGRAM"
+    )
+}
+
+#[test]
+fn an_initial_value_of_a_call_reaches_no_argument_by_another_name() {
+    let function = |variables: &str| {
+        format!(
+            "FUNCTION F : INT VAR_IN_OUT q : INT; END_VAR {variables} q := q; F := q; END_FUNCTION"
+        )
+    };
+    let method = "INTERFACE IX METHOD m : INT VAR_IN_OUT q : INT; END_VAR END_METHOD END_INTERFACE \
+        FUNCTION_BLOCK A IMPLEMENTS IX METHOD m : INT VAR_IN_OUT q : INT; END_VAR VAR t : INT := H(); END_VAR m := q; END_METHOD \
+        END_FUNCTION_BLOCK";
+    let member = "FUNCTION_BLOCK A VAR_IN_OUT q : INT; END_VAR VAR z : INT; END_VAR \
+        METHOD m : INT VAR t : INT := q; END_VAR m := t; END_METHOD z := q; END_FUNCTION_BLOCK";
+    let base = |section: &str| {
+        format!(
+            "FUNCTION_BLOCK B VAR x0 : INT; END_VAR {section} t : INT := H(); END_VAR x0 := t; END_FUNCTION_BLOCK"
+        )
+    };
+    let derived = format!(
+        "{} FUNCTION_BLOCK A EXTENDS B METHOD m : INT VAR_IN_OUT q : INT; END_VAR SUPER^(); m := q; END_METHOD x0 := 0; \
+        END_FUNCTION_BLOCK",
+        base("VAR_TEMP")
+    );
+    let local = function("VAR t : INT := H(); END_VAR");
+    for (units, variables, body) in [
+        (&*local, "", "x := F(q := g);"),
+        (&function("VAR_OUTPUT o : INT := H(); END_VAR"), "", "x := F(q := g);"),
+        (&function("VAR_INPUT o : INT := H(); END_VAR"), "", "x := F(q := g);"),
+        (&function("VAR t : INT := g; END_VAR"), "", "x := F(q := g);"),
+        (&local, "v : ARRAY[0..1] OF INT;", "x := F(q := v[k]);"),
+        (&local, "", "x := F(q := gp^);"),
+        (method, "f : A;", "x := f.m(q := g);"),
+        (method, "f : A; it : IX;", "it := f; x := it.m(q := g);"),
+        (member, "f : A;", "f(q := x); x := 5; x := f.m();"),
+        (&derived, "f : A;", "x := f.m(q := g);"),
+    ] {
+        let text = with_initial(units, variables, body);
+        assert_eq!(logarithms(&text), Err(vec![Code::NotModelled]), "{text}");
+    }
+    let loops = "FUNCTION_BLOCK A EXTENDS B VAR i : INT; r : REAL; END_VAR \
+        g := 3; FOR i := 1 TO g DO SUPER^(); r := LN(1.0); END_FOR END_FUNCTION_BLOCK";
+    let looped =
+        |section: &str| with_initial(&format!("{} {loops}", base(section)), "f : A;", "f();");
+    assert_eq!(logarithms(&looped("VAR_TEMP")), Err(vec![Code::LoopCount]));
+    costs(
+        &with_initial(&local, "", "x := 0; x := F(q := x); IF x = 0 THEN r := LN(1.0); END_IF"),
+        1,
+    );
+    // A block evaluates the initial values of its own variables before the first scan, not in a call.
+    costs(&looped("VAR"), 3);
+    let block = "FUNCTION_BLOCK A VAR_IN_OUT q : INT; END_VAR VAR t : INT := H(); END_VAR END_FUNCTION_BLOCK";
+    costs(&with_initial(block, "f : A;", "f(q := g); IF g = 5 THEN r := LN(1.0); END_IF"), 0);
+}
+
+#[test]
+fn controllers_differ_in_which_temporary_variables_a_body_initialises() {
+    let text = |units: &str, body: &str| {
+        format!(
+            "VAR_GLOBAL g : INT; END_VAR FUNCTION F : INT VAR r : REAL; END_VAR r := LN(1.0); g := 0; F := 0; END_FUNCTION \
+            {units} PROGRAM main VAR d : D; r : REAL; END_VAR g := 1; {body} END_PROGRAM"
+        )
+    };
+    let temporary = "VAR_TEMP t : INT := F(); END_VAR";
+    let base = |own: &str, derived: &str| {
+        format!(
+            "FUNCTION_BLOCK B VAR n : INT; r : REAL; END_VAR {own} n := 1; END_FUNCTION_BLOCK \
+            FUNCTION_BLOCK D EXTENDS B {derived} END_FUNCTION_BLOCK"
+        )
+    };
+    // A derived block without a body: its empty body begins with its own.
+    costs(&text(&base("", temporary), "d();"), 1);
+    let between = "FUNCTION_BLOCK M EXTENDS B VAR_TEMP t : INT := F(); END_VAR END_FUNCTION_BLOCK";
+    let units = base("", "SUPER^();").replace("EXTENDS B", "EXTENDS M");
+    // Those of M begin with the body of D, or with SUPER^, or with both.
+    costs(&text(&format!("{between} {units}"), "d();"), 2);
+    // The body of a derived block may or may not initialise those of its base.
+    let tests = |value: u8| {
+        format!("n := 0; IF g = {value} THEN r := LN(1.0); r := LN(1.0); r := LN(1.0); END_IF")
+    };
+    costs(&text(&base(temporary, &tests(1)), "d();"), 3);
+    costs(&text(&base(temporary, &tests(0)), "d();"), 4);
+    costs(&text(&base(temporary, "SUPER^(); SUPER^();"), "d();"), 3);
+    // A scan is known to take only what it takes either way.
+    let units = base("VAR_TEMP t : INT := F(); END_VAR", "n := 2;");
+    let bounds = |facts: &str| {
+        let found = audited("main.st", &text(&units, "d();"), facts);
+        found
+            .map(|found| (found.bound.lower, found.bound.upper))
+            .unwrap_or_else(|why| panic!("{why:?}"))
+    };
+    let stated = |only: bool| {
+        bounds(&format!(
+            "[controller]\n\"a body initialises only the VAR_TEMP of its own block, not of its bases\" = {only}\n"
+        ))
+    };
+    let (least, most) = (stated(true).1, stated(false).1);
+    assert!(least < most);
+    assert_eq!(bounds(""), (least, most));
+    // A function has no base.
+    let function = "FUNCTION G : INT VAR_TEMP t : INT := F(); END_VAR G := t; END_FUNCTION";
+    costs(
+        &text(&format!("{function} {}", base("", "")), "n := G();")
+            .replace("VAR d", "VAR n : INT; d"),
+        1,
+    );
+}
+
 #[test]
 fn variables_with_addresses_share_memory_as_on_any_controller() {
     let text = |variables: &str, body: &str| {
@@ -113,6 +229,16 @@ fn variables_with_addresses_share_memory_as_on_any_controller() {
     };
     assert_eq!(logarithms(&member("v")), Err(vec![Code::LoopCount]));
     costs(&member("u"), 3);
+    // So does a member of an instance that nothing calls.
+    let uncalled = |variables: &str, body: &str| {
+        format!(
+            "FUNCTION_BLOCK B VAR v AT %MW0 : INT; END_VAR END_FUNCTION_BLOCK TYPE S : STRUCT m : INT; b : B; END_STRUCT END_TYPE \
+            PROGRAM main VAR n AT %MW0 : INT; {variables} r : REAL; END_VAR n := 3; {body} IF n = 5 THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    costs(&uncalled("f : S;", "f.b.v := 5;"), 1);
+    costs(&uncalled("f : ARRAY[0..1] OF S; k : INT;", "k := 1; f[k].b.v := 5;"), 1);
+    costs(&uncalled("f, g : B;", "g := f;"), 0);
 }
 
 #[test]
@@ -176,4 +302,56 @@ fn an_input_with_an_edge_keeps_what_was_passed() {
     costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(); f();"), 1);
     costs(&text("R_EDGE", "f(c := FALSE); f(c := TRUE); f(c := FALSE); f(c := TRUE);"), 2);
     costs(&text("F_EDGE", "f(c := TRUE); f(); f(c := FALSE); f();"), 1);
+    // A derived block has the input without its edge, and the end of the body overwrites what it wrote to the input.
+    let refused = |base: &str, units: &str| {
+        let text = format!(
+            "VAR_GLOBAL f : D; END_VAR PROGRAM P f.c := FALSE; END_PROGRAM FUNCTION_BLOCK E VAR_INPUT c : BOOL R_EDGE; END_VAR VAR n : INT; END_VAR \
+            {base} END_FUNCTION_BLOCK {units} PROGRAM main VAR_EXTERNAL f : D; END_VAR f(c := TRUE); f(c := TRUE); END_PROGRAM"
+        );
+        logarithms(&text) == Err(vec![Code::NotModelled])
+    };
+    let derived = |body: &str| {
+        format!("FUNCTION_BLOCK D EXTENDS E VAR r : REAL; END_VAR {body} END_FUNCTION_BLOCK")
+    };
+    assert!(refused("n := 1;", &derived("IF NOT c THEN r := LN(1.0); END_IF")));
+    assert!(refused("P();", &derived("")));
+    assert!(refused("c := n > 0;", &derived("")));
+    assert!(!refused("n := 1;", &derived("")));
+}
+
+#[test]
+fn a_kept_or_selected_constant_may_be_an_unsigned_number() {
+    let text = |variables: &str, body: &str| {
+        format!(
+            "PROGRAM main VAR {variables} r : REAL; END_VAR {body} THEN r := LN(1.0); END_IF END_PROGRAM"
+        )
+    };
+    for (body, may) in [
+        ("k := 0; y := MUX(k, x, 40000); IF y <> -1", 1),
+        ("k := 0; y := MUX(k, x, 16#FFFF); IF y > 40000", 1),
+        ("y := MUX(0, x, 40000); IF y <> -1", 1),
+        ("k := 0; y := MUX(k, x, 30000); IF y <> -1", 0),
+    ] {
+        costs(&text("x, k : INT; y : DINT;", &format!("x := -1; {body}")), may);
+    }
+    let list = "PROGRAM main VAR x, y : DINT; u : UDINT; r : REAL; END_VAR
+        LD -1\nST x\nLD 4294967294\nADD 1\nST u\nEQ x\nJMPCN fin\nLD 1.0\nLN\nST r\nfin:\nLD 0\nST y\nEND_PROGRAM";
+    costs(list, 1);
+    costs(&text("l : LINT; q : REAL;", "q := 1.0E12; l := TRUNC(q); IF l > 2147483647"), 1);
+}
+
+#[test]
+fn a_calculated_text_has_the_length_that_any_controller_gives_it() {
+    let sum = "FUNCTION Sum : INT VAR_IN_OUT CONSTANT s : STRING[5]; END_VAR VAR i : INT; z : REAL; END_VAR \
+        FOR i := 1 TO LEN(s) DO z := LN(1.0); END_FOR END_FUNCTION";
+    let called = format!(
+        "{sum} PROGRAM main VAR a, b : STRING[10]; n : INT; END_VAR n := Sum(s := CONCAT(a, b)); END_PROGRAM"
+    );
+    assert_eq!(logarithms(&called), Err(vec![Code::NotModelled]));
+    for (of, least) in [("'\u{3042}\u{3044}'", 6), ("DINT_TO_STRING(n)", 255)] {
+        let text = format!(
+            "PROGRAM main VAR i : INT; n : DINT; z : REAL; END_VAR FOR i := 1 TO LEN({of}) DO z := LN(1.0); END_FOR END_PROGRAM"
+        );
+        assert!(logarithms(&text).is_ok_and(|(most, _)| most >= least), "{of}");
+    }
 }

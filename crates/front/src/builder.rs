@@ -47,6 +47,11 @@ impl Builder {
         (self.place, self.text, self.operands) = (place, text, operands);
     }
 
+    /// The source position of the instructions that are added next.
+    pub fn place(&self) -> Location {
+        self.place
+    }
+
     /// The index of the next instruction to be added.
     pub fn next(&self) -> usize {
         self.program.instructions.len()

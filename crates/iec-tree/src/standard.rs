@@ -266,7 +266,7 @@ impl Function {
         let first = inputs.first().copied().unwrap_or(unknown);
         let simple = |types: &mut Types, one: Simple| match one {
             Simple::Elementary(one) => types.elementary(one),
-            Simple::Text => types.id(Type::Text(crate::types::TEXT)),
+            Simple::Text => types.id(Type::Text(crate::types::CONVERTED_TEXT)),
         };
         match self {
             Function::Operator { operator, .. } => {

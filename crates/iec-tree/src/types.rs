@@ -27,6 +27,9 @@ pub struct StructId(u32);
 /// CODESYS, 126 in matiec, 254 at Siemens.
 pub const TEXT: u32 = 254;
 
+/// The longest result of a conversion to a text, in characters: 255 in CODESYS, 254 at Siemens.
+pub const CONVERTED_TEXT: u32 = 255;
+
 /// The type of a variable or a value.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Type {

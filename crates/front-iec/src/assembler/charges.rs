@@ -89,7 +89,7 @@ fn name_of(kind: Kind) -> &'static str {
     }
 }
 
-/// The number of characters of a text constant, with its terminator.
+/// The number of characters of a text constant, with its terminator: of bytes, as controllers with UTF-8 count.
 pub(crate) fn characters(text: &str) -> u64 {
-    u64::try_from(text.chars().count()).unwrap_or(u64::MAX).saturating_add(1)
+    u64::try_from(text.len()).unwrap_or(u64::MAX).saturating_add(1)
 }

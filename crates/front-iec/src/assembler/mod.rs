@@ -38,7 +38,7 @@ use scanbound_ir::{
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use tally::Tally;
 use types::Kind;
-use value::{sources, targets};
+use value::{Value, sources, targets};
 
 /// The bit area and the word area of variables.
 pub(crate) const VARIABLES: [AreaId; 2] = [AreaId(0), AreaId(1)];
@@ -89,6 +89,8 @@ pub(crate) struct Assembler {
     pub(crate) times_read: BTreeSet<Cell>,
     /// Cells of the values (CV) and presets (PV) of counters, as far as the program reads them.
     pub(crate) counts: BTreeSet<Cell>,
+    /// The first place at which an address becomes a number.
+    pub(crate) address_as_number: Option<Location>,
     between: [u32; 2],
     /// Whether the controller stops at an arithmetic error such as division by zero.
     pub(crate) stops_on_error: bool,
@@ -107,6 +109,7 @@ impl Assembler {
             presets_left: BTreeSet::new(),
             times_read: BTreeSet::new(),
             counts: BTreeSet::new(),
+            address_as_number: None,
             between: [0, 0],
             stops_on_error: true,
         }
@@ -152,6 +155,14 @@ impl Assembler {
         let text: String = text.chars().take(120).collect();
         self.builder.at(Location { file, line, step: None }, text.into(), [].into());
         self.program().blocks += 1;
+    }
+
+    /// Notes the place if this value, which becomes a number, is an address.
+    pub(crate) fn note_address(&mut self, value: &Value) {
+        if matches!(value, Value::Address(..)) {
+            let place = self.builder.place();
+            self.address_as_number.get_or_insert(place);
+        }
     }
 
     /// A timing key: the names of the rows that may give the time, the most specific first, and the class that is used

@@ -58,6 +58,9 @@ impl Assembler {
             O::GreaterOrEqual => Some(Relation::GreaterOrEqual),
             _ => None,
         };
+        if relation.is_none() {
+            [&one, &two].into_iter().for_each(|value| self.note_address(value));
+        }
         let (one, two) = match (one, two) {
             // Beside a bit, a constant is a Boolean: 0 is FALSE, all else TRUE.
             (Value::Bit(bit), Value::Constant(value)) => {
@@ -213,6 +216,7 @@ impl Assembler {
 
     /// Converts a value to a number of a kind. Any number where the value is not modelled.
     pub(crate) fn as_number(&mut self, value: Value, kind: Kind) -> Number {
+        self.note_address(&value);
         match value {
             Value::Number(from, _) if (from == Kind::Time) != (kind == Kind::Time) => {
                 self.any_number(kind, ANY_UNIT)

@@ -1,7 +1,8 @@
 //! Results of functions and calls whose content is not modelled, and chains of operators.
 
 use super::Assembler;
-use super::mixed::mixed;
+use super::mixed::{mixed, typed};
+use super::open::opened;
 use super::types::{ANY_UNIT, DINT, Extent, INT, Kind, Ty, holding};
 use super::value::Value;
 use scanbound_iec::ast::Operator;
@@ -52,6 +53,8 @@ impl Assembler {
                 let most = Value::Constant(i64::try_from(most).unwrap_or(i64::MAX));
                 self.charged_already(|own| own.limited(Value::Constant(0), any, most, line))
             }
+            // Controllers whose TRUNC gives other integers than a DINT keep more bits.
+            _ if name == "TRUNC" => Ok(opened(any, Some(Logic::Const(true)))),
             _ => Ok(any),
         }
     }
@@ -91,6 +94,15 @@ impl Assembler {
             _ => Value::Any,
         }
     }
+}
+
+/// These values, with the kind of a number for each constant that one of the numbers gives one (see [`typed`]).
+pub(crate) fn beside_numbers(values: &[Value]) -> Vec<Value> {
+    let given = |one: &Value| {
+        let beside = values.iter().map(|other| typed(other.clone(), one.clone()).1);
+        { beside }.find(|given| matches!(given, Value::Number(..))).unwrap_or_else(|| one.clone())
+    };
+    values.iter().map(given).collect()
 }
 
 /// Whether two of these numbers, one signed and one unsigned, have no common type that holds both (see [`mixed`]).

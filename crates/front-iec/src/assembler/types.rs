@@ -1,6 +1,6 @@
 //! The kinds of values that instructions distinguish: a bit, a number, or a value that is not modelled.
 
-pub(crate) use scanbound_iec_tree::types::{DINT, INT, Kind, TEXT, holding};
+pub(crate) use scanbound_iec_tree::types::{DINT, INT, Kind, holding};
 
 /// The kind of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,10 +12,11 @@ use scanbound_ir::{
 const MOST: u32 = 20_000;
 
 impl Assembler {
-    /// Copies a value to new temporary cells; a constant becomes a DINT. `merges`: another path may later store a value
-    /// there that does not fit its type, so an integer also gets an overflow bit.
+    /// Copies a value to new temporary cells. `merges`: another path may later store a value there that does not fit
+    /// its type, so an integer also gets an overflow bit, and a constant becomes a DINT. Else it stays a constant.
     pub(crate) fn stored(&mut self, value: Value, merges: bool) -> Value {
         match value {
+            Value::Constant(_) if !merges => value,
             Value::Number(kind @ Kind::Whole { .. }, number) if merges => {
                 self.kept_open(kind, number, Logic::Const(false))
             }

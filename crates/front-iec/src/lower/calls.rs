@@ -362,23 +362,10 @@ impl Lower<'_> {
             Target::BaseBody(base) => {
                 let unit = self.instances[at.instance].unit;
                 let callee = Callee::Unit(self.instances[at.instance].spot.clone(), unit);
-                let own = Entry::Routine(tree.unit(*base).body);
-                let is_stated = self.stated_of(at.instance, own).is_some();
-                let entry = self.body_in(*base).map(Entry::Routine);
-                let entry = entry.or_else(|| is_stated.then_some(own));
-                if let Some(entry) = entry {
-                    self.has_one_name(at, (at.instance, entry), call, line)?;
-                }
+                let entry = Entry::Routine(tree.unit(*base).body);
+                self.has_one_name(at, (at.instance, entry), call, line)?;
                 self.hand_over(at, &callee, call, line)?;
-                match entry {
-                    Some(entry) if entry == own => self.call(at.instance, entry),
-                    Some(entry) => {
-                        let carries = self.carries_inherited_body();
-                        self.call(at.instance, entry);
-                        self.land(carries);
-                    }
-                    None => self.cost(&["CAL"], "call"),
-                }
+                self.call(at.instance, entry);
                 self.take_back(at, &callee, call, line)
             }
         }
@@ -470,11 +457,13 @@ impl Lower<'_> {
             match passed {
                 Passed::ByValue(one) => one_way.push((target, one.unconverted())),
                 // VAR_IN_OUT arguments are evaluated last: they have the values that the other arguments leave.
-                Passed::InOut(one) => both.push((target, one.unconverted())),
+                Passed::InOut(one) => {
+                    self.has_known_length(&target, one)?;
+                    both.push((target, one.unconverted()));
+                }
                 Passed::Output(..) | Passed::Dropped => {}
             }
         }
-        self.addresses_stay(callee, &one_way, line)?;
         let (mut found, mut wholes) = (Vec::new(), Vec::new());
         for (group, is_both) in [(one_way, false), (both, true)] {
             if !calls_any {
@@ -522,6 +511,18 @@ impl Lower<'_> {
         Ok(())
     }
 
+    /// Refuses a text that is calculated for a VAR_IN_OUT CONSTANT parameter: it may be longer than declared.
+    fn has_known_length(&self, target: &Spot, one: &Expr) -> Result<(), Fault> {
+        let is_text = matches!(self.tree.types.get(target.ty), Typed::Text(_));
+        if !is_text || !matches!(one.unconverted().kind, ExprKind::Standard(_)) {
+            return Ok(());
+        }
+        let told =
+            format!("{} is VAR_IN_OUT and gets a calculated text of any length", target.name);
+        let help = "assign the text to a variable first, and pass this";
+        Err(Fault::new(one.line, told).code(FaultCode::NotModelled).help(help))
+    }
+
     /// The place of an expression that names a whole structure, array or instance. None for any other expression.
     fn whole(&mut self, at: &Context, one: &Expr, line: u32) -> Result<Option<Found>, Fault> {
         let ExprKind::Read(place) = &one.kind else { return Ok(None) };
@@ -539,35 +540,6 @@ impl Lower<'_> {
     }
 
     /// After a call: copies VAR_IN_OUT arguments back to the caller's variables, then assigns the outputs.
-    /// Refuses addresses as numbers for code that is missing: it is not known what it writes there.
-    fn addresses_stay(
-        &self,
-        callee: &Callee,
-        passed: &[(Spot, &Expr)],
-        line: u32,
-    ) -> Result<(), Fault> {
-        let tree = self.tree;
-        let is_missing = match callee {
-            Callee::Unit(_, unit) => tree.routine(tree.unit(*unit).body).stated.is_some(),
-            Callee::Method(_, method) => tree.routine(*method).stated.is_some(),
-            _ => false,
-        };
-        let is_address = |(_, one): &&(Spot, &Expr)| {
-            matches!(one.kind, ExprKind::Address(_)) || tree.types.is_reference(one.ty)
-        };
-        match passed.iter().find(is_address).filter(|_| is_missing) {
-            Some((to, _)) => {
-                let told = format!(
-                    "{} gets an address: it is not known what the called code writes there",
-                    to.name
-                );
-                let help = "give its source, or a substitute whose body has the same effects";
-                Err(Fault::new(line, told).code(FaultCode::NotModelled).help(help))
-            }
-            None => Ok(()),
-        }
-    }
-
     fn take_back(
         &mut self,
         at: &Context,

@@ -3,7 +3,7 @@
 use super::address::{self, Located};
 use super::first_values::FIRST_SCAN;
 use super::spots::Callee;
-use super::spots::{Context, Found, Instance, Spot};
+use super::spots::{Context, Found, Instance, Spot, SpotKey};
 use super::{Entry, GivenBack, Lower, Options};
 use crate::assembler::Assembler;
 use crate::assembler::competing::Competing;
@@ -17,13 +17,14 @@ use scanbound_front::stopped;
 use scanbound_iec::fault::Fault;
 use scanbound_iec::{PouKind, Project, Section};
 use scanbound_iec_tree::declarations::{
-    Code, Owner, Routine, RoutineId, RoutineKind, Stated, UnitId,
+    Code, Owner, Routine, RoutineId, RoutineKind, Stated, UnitId, VarId, Variable,
 };
 use scanbound_iec_tree::resolve;
-use scanbound_iec_tree::tree::{Connected, ExprKind, Pair, Parameter, Task, Tree};
+use scanbound_iec_tree::tree::{Connected, Expr, ExprKind, Pair, Parameter, Task, Tree};
+use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::meaning::{ChoiceKind, OperationInput, Target};
 use scanbound_ir::{
-    Cell, MissingRoutine, Number, Program, Region, RegionSet, SourceFile, Step, WordSource,
+    Cell, MissingRoutine, Number, Program, Region, RegionSet, SourceFile, Step, Tag, WordSource,
     WordTarget, Write, flow,
 };
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -149,6 +150,7 @@ impl<'t> Lower<'t> {
         }
         let given_back = std::mem::take(&mut self.given_back);
         changed_by_others(self.assembler(), &entries, &given_back);
+        self.addresses_stay();
         let located = self.located();
         let shared = address::share(self.assembler(), &located, &given_back);
         self.begin_shared(image, &located);
@@ -338,30 +340,101 @@ impl<'t> Lower<'t> {
         }
     }
 
-    /// All variables that are declared with an address, and all addresses that the code uses directly.
-    pub(super) fn located(&mut self) -> Vec<Located> {
+    /// Refuses addresses that become numbers if the source of any code is missing: it may get such a number, from any
+    /// variable, and write there.
+    fn addresses_stay(&mut self) {
         let tree = self.tree;
-        let mut found = Vec::new();
-        for Instance { unit, spot } in self.instances.clone() {
-            for id in tree.lineage(unit).into_iter().flat_map(|one| &tree.unit(one).variables) {
-                let Some(address) = &tree.variable(*id).at else { continue };
-                let part = self.member(&spot, unit, *id);
-                found.extend(part.and_then(|part| self.located_at(&part, address)));
-            }
-        }
-        for id in tree.globals.iter().flat_map(|list| &list.variables) {
-            let Some(address) = &tree.variable(*id).at else { continue };
-            let spot = self.memory.globals.get(id);
-            found.extend(spot.and_then(|spot| self.located_at(spot, address)));
-        }
-        for (id, spot) in &self.memory.addresses {
-            found.extend(self.located_at(spot, &tree.address(*id).text));
-        }
-        found
+        let begins_so = |one: &Variable| {
+            let mut takes_address = false;
+            let see = &mut |one: &Expr| takes_address |= matches!(one.kind, ExprKind::Address(_));
+            one.initial.iter().for_each(|initial| initial.each(see));
+            takes_address && !tree.types.is_reference(one.ty)
+        };
+        let program = &self.builder.program;
+        let Some(missing) = program.missing_routines.iter().find(|one| one.stated) else { return };
+        let place = self.address_as_number.or_else(|| {
+            let begins = tree.variables.iter().any(begins_so);
+            begins.then(|| program.instructions[missing.entry].place)
+        });
+        let Some(place) = place else { return };
+        let told = format!(
+            "an address becomes a number, and {} has no source: it is not known whether it writes there",
+            missing.name
+        );
+        let help = "keep addresses in references, or give a substitute for the missing source";
+        let fault = Fault::new(place.line, told).code(FaultCode::NotModelled).help(help);
+        self.assembler().faults.push((place.file as usize, fault));
     }
 
-    fn located_at(&self, spot: &Spot, address: &str) -> Option<Located> {
-        Located::new(self.tree, spot, address)
+    /// All variables that are declared with an address, in called instances and in others, and all addresses that the
+    /// code uses directly.
+    pub(super) fn located(&mut self) -> Vec<Located> {
+        let tree = self.tree;
+        let mut spots: BTreeMap<SpotKey, (Spot, &str)> = BTreeMap::new();
+        for Instance { spot, .. } in self.instances.clone() {
+            self.add_located(&spot, None, &mut spots);
+        }
+        for ((_, method), frame) in self.memory.frames.clone() {
+            for &id in &tree.routine(method).variables {
+                let local = self.local(&frame, method, id);
+                local.iter().for_each(|local| self.add_located(local, Some(id), &mut spots));
+            }
+        }
+        for (id, spot) in self.memory.globals.clone() {
+            self.add_located(&spot, Some(id), &mut spots);
+        }
+        let direct = self.memory.addresses.iter();
+        let direct = direct.map(|(id, spot)| (spot.clone(), tree.address(*id).text.as_str()));
+        let all = spots.into_values().chain(direct);
+        all.filter_map(|(spot, address)| Located::new(tree, &spot, address)).collect()
+    }
+
+    /// Adds a variable if it has an address, and all variables with an address in the instances that it contains.
+    fn add_located(
+        &mut self,
+        spot: &Spot,
+        id: Option<VarId>,
+        found: &mut BTreeMap<SpotKey, (Spot, &'t str)>,
+    ) {
+        let tree = self.tree;
+        if let Some(address) = id.and_then(|id| tree.variable(id).at.as_deref()) {
+            found.insert(spot.key(), (spot.clone(), address));
+        }
+        let has_address = |of: &Typed| match of {
+            Typed::Block(unit) => {
+                tree.members(*unit).into_iter().any(|id| tree.variable(id).at.is_some())
+            }
+            _ => false,
+        };
+        if !tree.holds(spot.ty, &has_address) {
+            return;
+        }
+        match tree.types.get(spot.ty) {
+            Typed::Block(unit) => {
+                for id in tree.members(*unit) {
+                    let part = self.member(spot, *unit, id);
+                    part.iter().for_each(|part| self.add_located(part, Some(id), found));
+                }
+            }
+            Typed::Struct(id) => {
+                for (at, (_, ty)) in tree.types.parts(*id).iter().enumerate() {
+                    let part =
+                        spot.tag.part_at(at).map(|tag| Spot { tag, ty: *ty, ..spot.clone() });
+                    part.iter().for_each(|part| self.add_located(part, None, found));
+                }
+            }
+            Typed::Array(dimensions, of) => {
+                let mut tags = vec![spot.tag.clone()];
+                for &(low, high) in dimensions {
+                    let inner = |tag: Tag| (low..=high).filter_map(move |at| tag.element(at));
+                    tags = tags.into_iter().flat_map(inner).collect();
+                }
+                for tag in tags {
+                    self.add_located(&Spot { tag, ty: *of, ..spot.clone() }, None, found);
+                }
+            }
+            _ => {}
+        }
     }
 
     /// Adds the instruction that sets initial values in the first scan, and returns its index. Its writes are added

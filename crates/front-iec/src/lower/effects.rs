@@ -9,6 +9,7 @@ use super::spots::{Bits, Context, Spot};
 use super::{Entry, Lower};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::fault::Fault;
+use scanbound_iec::{PouKind, Section};
 use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::charts::Chart;
 use scanbound_iec_tree::declarations::{Code, RoutineId, RoutineKind, UnitId, VarId};
@@ -181,7 +182,7 @@ impl Lower<'_> {
         self.routines.others[&here].changes(&own)
     }
 
-    /// The effects of a routine of an instance and of all that it calls.
+    /// The effects of a routine of an instance, of what it calls, and of the initial values that its call evaluates.
     pub(super) fn effects_of(&mut self, (instance, entry): (usize, Entry)) -> Effects {
         if let Some(known) = self.effects.get(&(instance, entry)) {
             return known.clone();
@@ -189,40 +190,39 @@ impl Lower<'_> {
         // Ends recursion; recursive calls are refused elsewhere.
         self.effects.insert((instance, entry), Effects::default());
         let mut found = Effects::default();
+        let tree = self.tree;
         let unit = self.instances[instance].unit;
-        let routine = match entry {
-            Entry::Routine(id) => Some(id),
-            Entry::Body => self.body_in(unit),
+        let is_temp = |id: &VarId| tree.variable(*id).section == Section::Temp;
+        let temporary = |unit| tree.members(unit).into_iter().filter(is_temp).collect();
+        let (routine, begun): (_, Vec<VarId>) = match entry {
+            Entry::Body if tree.unit(unit).kind == PouKind::Function => {
+                (self.body_in(unit), tree.unit(unit).variables.clone())
+            }
+            Entry::Body => (self.body_in(unit), temporary(unit)),
+            Entry::Routine(id) => match (tree.routine(id).kind, tree.routine(id).unit) {
+                (RoutineKind::Body, of) => (self.body_in(of), temporary(of)),
+                (RoutineKind::Action, _) => (Some(id), Vec::new()),
+                (RoutineKind::Method, _) => (Some(id), tree.routine(id).variables.clone()),
+            },
         };
-        if entry == Entry::Body {
-            let is_temp =
-                |id: &VarId| self.tree.variable(*id).section == scanbound_iec::Section::Temp;
-            let temps: Vec<VarId> = self.tree.members(unit).into_iter().filter(is_temp).collect();
-            self.initial_effects(&Context { instance, frame: None }, &temps, &mut found);
-        }
+        let frame = match entry {
+            Entry::Routine(id) if tree.routine(id).kind == RoutineKind::Method => {
+                self.frame(instance, id).ok()
+            }
+            _ => None,
+        };
+        let at = Context { instance, frame };
+        self.initial_effects(&at, &begun, &mut found);
         match routine {
-            Some(id) => self.of_routine(instance, id, &mut found),
-            None => self.of_absent((instance, entry), &mut found),
+            Some(id) if self.stated_of(instance, entry).is_none() => match &tree.routine(id).code {
+                Code::Statements(all) => self.of_statements(&at, all, &mut found),
+                Code::Chart(chart) => self.of_chart(&at, id, chart, &mut found),
+                Code::Unread(_) => found.anything = true,
+            },
+            _ => self.of_absent((instance, entry), &mut found),
         }
         self.effects.insert((instance, entry), found.clone());
         found
-    }
-
-    fn of_routine(&mut self, instance: usize, id: RoutineId, found: &mut Effects) {
-        let tree = self.tree;
-        let frame = match tree.routine(id).kind {
-            RoutineKind::Method => self.frame(instance, id).ok(),
-            RoutineKind::Body | RoutineKind::Action => None,
-        };
-        let at = Context { instance, frame };
-        match &tree.routine(id).code {
-            Code::Statements(all) if all.is_empty() => {
-                self.of_absent((instance, Entry::Routine(id)), found);
-            }
-            Code::Statements(all) => self.of_statements(&at, all, found),
-            Code::Chart(chart) => self.of_chart(&at, id, chart, found),
-            Code::Unread(_) => found.anything = true,
-        }
     }
 
     /// Adds the effects of a missing body whose time is stated: it may write everything that its instance has, and what
@@ -256,21 +256,11 @@ impl Lower<'_> {
     fn of_target(&mut self, at: &Context, call: &Call, found: &mut Effects) {
         let tree = self.tree;
         let own = match &call.target {
-            Target::Function(unit) => match self.function_instance(*unit) {
-                Ok(instance) => {
-                    let all = tree.unit(*unit).variables.clone();
-                    self.initial_effects(&Context { instance, frame: None }, &all, found);
-                    Some((instance, Entry::Body))
-                }
-                Err(_) => None,
-            },
-            Target::BaseMethod(method) => {
-                self.method_effects(at.instance, *method, found);
-                Some((at.instance, Entry::Routine(*method)))
+            Target::Function(unit) => {
+                self.function_instance(*unit).ok().map(|instance| (instance, Entry::Body))
             }
-            Target::BaseBody(base) => {
-                self.body_in(*base).map(|id| (at.instance, Entry::Routine(id)))
-            }
+            Target::BaseMethod(method) => Some((at.instance, Entry::Routine(*method))),
+            Target::BaseBody(base) => Some((at.instance, Entry::Routine(tree.unit(*base).body))),
             Target::Standard(place, _) => {
                 self.led_through(at, place, found);
                 self.reads_of(at, place, found);
@@ -291,7 +281,6 @@ impl Lower<'_> {
                 for instance in self.instances_at(at, place, found) {
                     let unit = self.instances[instance].unit;
                     let own = tree.dispatched(unit, *routine);
-                    self.method_effects(instance, own, found);
                     let more = self.effects_of((instance, Entry::Routine(own)));
                     found.join(&more);
                 }
@@ -323,21 +312,16 @@ impl Lower<'_> {
         }
     }
 
-    fn method_effects(&mut self, instance: usize, method: RoutineId, found: &mut Effects) {
-        let tree = self.tree;
-        if tree.routine(method).kind != RoutineKind::Method {
-            return;
-        }
-        let frame = self.frame(instance, method).ok();
-        let all = tree.routine(method).variables.clone();
-        self.initial_effects(&Context { instance, frame }, &all, found);
-    }
-
-    /// Adds the effects of evaluating the initial values of these variables.
+    /// Adds the effects of evaluating the initial values of those of these variables that begin anew with each call.
     fn initial_effects(&mut self, at: &Context, all: &[VarId], found: &mut Effects) {
         let tree = self.tree;
         for &id in all {
-            if let Some(initial) = &tree.variable(id).initial {
+            let one = tree.variable(id);
+            let begins = matches!(
+                one.section,
+                Section::Local | Section::Temp | Section::Output | Section::Input
+            );
+            if let Some(initial) = one.initial.as_ref().filter(|_| begins) {
                 self.of_expr(at, initial, found);
             }
         }

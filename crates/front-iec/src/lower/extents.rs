@@ -5,7 +5,7 @@ use super::spots::{Found, Spot};
 use crate::assembler::Assembler;
 use crate::assembler::charges::{characters, counted};
 use crate::assembler::memory::layout;
-use crate::assembler::types::{Extent, TEXT};
+use crate::assembler::types::Extent;
 use crate::assembler::whole::copy_cells;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
@@ -14,7 +14,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::declarations::VarId;
 use scanbound_iec_tree::standard::{Function, Simple};
 use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Root, Step as PathStep};
-use scanbound_iec_tree::types::{Type as Typed, TypeId};
+use scanbound_iec_tree::types::{CONVERTED_TEXT, Type as Typed, TypeId};
 use scanbound_ir::{Step, TimingKey, Write};
 
 impl Lower<'_> {
@@ -119,7 +119,9 @@ impl Lower<'_> {
             ExprKind::After(both) => self.extent(&both.1),
             ExprKind::Either(Some(both)) => self.extent(&both.0).and(self.extent(&both.1)),
             ExprKind::Standard(applied) => match &applied.function {
-                Function::Convert { to: Simple::Text, .. } => Extent::Characters(u64::from(TEXT)),
+                Function::Convert { to: Simple::Text, .. } => {
+                    Extent::Characters(CONVERTED_TEXT.into())
+                }
                 function if function.gives_one() => Extent::One,
                 _ => {
                     let inputs = applied.inputs.iter().map(|one| self.extent(one));

@@ -6,6 +6,7 @@ use super::decode::file_names;
 use super::effects::is_same;
 use super::spots::{Context, Found};
 use super::statements::JumpTargets;
+use super::values::{literal_value, wraps_in};
 use crate::assembler::Assembler;
 use crate::assembler::loops::{MOST, Turns, whole_range};
 use crate::assembler::mixed::{below_zero, mixed};
@@ -313,6 +314,15 @@ impl Lower<'_> {
     ) -> Result<Turns, Fault> {
         let to = to.unconverted();
         let (held, range) = self.range_of(at, variable, line)?;
+        let steps = range.0.min(-range.1)..=range.1;
+        let end = literal_value(to).map(Value::Constant);
+        if !steps.contains(&by) || end.is_some_and(|end| wraps_in(to, &end, held)) {
+            let told = format!(
+                "the step or the end of the loop is computed beyond the type of {}: controllers differ in what they make of it",
+                variable.text
+            );
+            return endless(line, &told);
+        }
         let end = to.whole().filter(|_| self.keeps_its_types(to));
         if !held.is_signed() && end.is_some_and(|end| end < 0) {
             let told = format!(

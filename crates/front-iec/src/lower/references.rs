@@ -442,7 +442,9 @@ impl<'t> Lower<'t> {
         }
         let words = self.reference_read(at, &before, &can, line)?;
         let (mut known, mut ends) = (None, Vec::new());
-        let is_open = self.memory.targets.may_be_outside && !words.is_empty();
+        // Outside of an array, or of what is known to be one, a reference may be any number.
+        let may_be_outside = self.memory.targets.may_be_outside || before.has_open_index();
+        let is_open = may_be_outside && !words.is_empty();
         for (number, &index) in can.iter().enumerate() {
             let is_tested = is_open || number + 1 < can.len();
             let skip = is_tested.then(|| self.jump(is_number(&words, word(index), 1).not(), None));

@@ -6,7 +6,7 @@ use super::spots::Context;
 use super::values::{is_rounded, shown, works};
 use crate::assembler::Assembler;
 use crate::assembler::open::{beyond, complement, opened, parted};
-use crate::assembler::results::crosses;
+use crate::assembler::results::{beside_numbers, crosses};
 use crate::assembler::selected::limits;
 use crate::assembler::types::{DINT, Extent, Kind, Ty};
 use crate::assembler::value::{Value, constant, signed, unsigned, wrapped};
@@ -176,6 +176,9 @@ impl Lower<'_> {
     ) -> Result<Value, Fault> {
         let upper = of.name.as_str();
         let first = of.inputs.first();
+        if of.function != Function::Move {
+            values.iter().for_each(|value| self.note_address(value));
+        }
         let seen = |value: Option<Value>, to: &Ty| match first {
             Some(input) => value.map(|value| shown(input, value, to)),
             None => value,
@@ -271,7 +274,11 @@ impl Lower<'_> {
             }
             (Function::Mux, 2..) => {
                 self.cost(&["MUX", "FUNCTION"], "special");
-                self.multiplexed(values, line)
+                let inputs = beside_numbers(&values[1..]);
+                match crosses(&inputs) {
+                    true => Ok(self.any_crossed(&inputs)),
+                    false => self.multiplexed(values, line),
+                }
             }
             (Function::Measured(value), _) => {
                 self.cost(&["FUNCTION"], "special");
@@ -308,6 +315,11 @@ impl Assembler {
         for value in values.windows(2) {
             self.better(value[0].clone(), value[1].clone(), true, line)?;
         }
+        Ok(self.any_crossed(values))
+    }
+
+    /// Any value that a selection from signed and unsigned numbers may have.
+    fn any_crossed(&mut self, values: &[Value]) -> Value {
         let why = "compilers compare signed with unsigned numbers in different ways";
         let is_long =
             |value: &Value| matches!(value, Value::Number(Kind::Whole { bits: 32.., .. }, _));
@@ -315,7 +327,7 @@ impl Assembler {
             true => Kind::Whole { bits: 64, signed: true },
             false => DINT,
         };
-        Ok(Value::Number(kind, self.any_number(kind, why)))
+        Value::Number(kind, self.any_number(kind, why))
     }
 
     /// Lowers ABS and charges it. The absolute value of the lowest number of a type does not fit it. A type other than

@@ -1,24 +1,29 @@
 //! Lowers statements and the routines that contain them.
 
+use super::cells::{Effects, add};
 use super::spots::Callee;
-use super::spots::{Context, Found, Instance};
+use super::spots::{Context, Found, Instance, Spot};
 use super::{Entry, Lower};
 use crate::assembler::Assembler;
 use crate::assembler::memory::set;
 use crate::assembler::value::Value;
 use scanbound_base::code::Code as FaultCode;
 use scanbound_front::builder::always;
-use scanbound_iec::Section;
 use scanbound_iec::ast::Operator;
 use scanbound_iec::fault::Fault;
-use scanbound_iec_tree::declarations::{Code, RoutineKind, Stated, UnitId, VarId};
-use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind};
+use scanbound_iec::{PouKind, Section};
+use scanbound_iec_tree::declarations::{Code, Routine, RoutineKind, Stated, UnitId, VarId};
+use scanbound_iec_tree::tree::{Expr, ExprKind, Place, Selector, Statement, StatementKind, Tree};
 use scanbound_iec_tree::types::DINT;
 use scanbound_ir::{Cell, Logic, Number, Step, Write};
 use std::collections::BTreeMap;
 
 /// Text of a reading: how some controllers differ from the standard here.
 pub(super) const ENDS_CHART: &str = "RETURN in an action ends the whole chart";
+
+/// Text of a reading, about VAR_TEMP variables with EXTENDS.
+const ONLY_OWN_TEMPORARY: &str =
+    "a body initialises only the VAR_TEMP of its own block, not of its bases";
 
 /// Pending jumps of a body: to labels, to the ends of loops, and to the end of an action.
 #[derive(Default)]
@@ -44,10 +49,13 @@ impl Lower<'_> {
         }
         self.note_bodiless(instance, entry);
         let tree = self.tree;
-        let own = self.instances[instance].unit;
+        let own = match entry {
+            Entry::Body => self.instances[instance].unit,
+            Entry::Routine(id) => tree.routine(id).unit,
+        };
         let found = match entry {
-            Entry::Body => self.body_in(own).unwrap_or(tree.unit(own).body),
-            Entry::Routine(id) => id,
+            Entry::Routine(id) if tree.routine(id).kind != RoutineKind::Body => id,
+            _ => self.body_in(own).unwrap_or(tree.unit(own).body),
         };
         let routine = tree.routine(found);
         let unit = tree.unit(routine.unit);
@@ -59,11 +67,18 @@ impl Lower<'_> {
             RoutineKind::Body | RoutineKind::Action => None,
         };
         let context = Context { instance, frame };
+        let inherits = routine.unit != own;
+        let carries = match inherits {
+            true => {
+                self.any_bit("a block without a body may or may not execute the body of its base")
+            }
+            false => Logic::Const(true),
+        };
         if routine.kind == RoutineKind::Body {
-            self.begin_temporary(&context, routine.unit);
+            self.begin_temporary(&context, own, routine.unit, &carries);
+            self.edges_stay(&context, routine);
         }
-        let inherits = entry == Entry::Body && routine.unit != own;
-        let inherited = inherits.then(|| self.carries_inherited_body());
+        let inherited = inherits.then(|| self.jump(carries.not(), None));
         self.kept.values.clear();
         self.kept.extents.clear();
         let around = self.enter_routine(found);
@@ -89,25 +104,89 @@ impl Lower<'_> {
         begin
     }
 
-    /// Begins the call of a body that a block without one inherits: controllers differ in whether they execute it.
-    /// Returns the jump behind it.
-    pub(super) fn carries_inherited_body(&mut self) -> usize {
-        let why = "a block without a body may or may not execute the body of its base";
-        let carries = self.any_bit(why);
-        self.jump(carries.not(), None)
+    /// Refuses a body if it does not itself look for the edges of all inputs declared R_EDGE or F_EDGE, or if it or
+    /// what it calls writes such an input: it begins with a trigger for each, and ends with the value that was passed.
+    fn edges_stay(&mut self, at: &Context, body: &Routine) {
+        let tree = self.tree;
+        let Instance { unit, spot } = self.instances[at.instance].clone();
+        let inherited = tree.lineage(unit).into_iter().filter(|&one| one != body.unit);
+        let inherited = inherited.flat_map(|one| edge_inputs(tree, one)).next();
+        let inputs = edge_inputs(tree, body.unit);
+        let code = match &body.code {
+            Code::Statements(all) if all.len() >= 3 * inputs.len() => {
+                &all[2 * inputs.len()..all.len() - inputs.len()]
+            }
+            _ => &[],
+        };
+        let effects = self.found(|own, found| own.of_statements(at, code, found));
+        let written = inputs.into_iter().find(|&id| {
+            let mut own = Effects::default();
+            let input = self.member(&spot, unit, id);
+            input.iter().for_each(|input| add(&mut own.reads, input.tag.regions()));
+            effects.changes(&own)
+        });
+        let (id, what) = match (inherited, written) {
+            (Some(id), _) => (id, "inherits it or is inherited from"),
+            (None, Some(id)) => (id, "writes it, or calls what writes it"),
+            (None, None) => return,
+        };
+        let message = format!(
+            "{} is an input with an edge, and {} {what}: not followed",
+            tree.variable(id).name,
+            tree.unit(body.unit).name
+        );
+        let help = "declare it without an edge, and call R_TRIG or F_TRIG yourself";
+        let line = tree.unit(body.unit).line;
+        self.fault(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
     }
 
-    /// Initialises the VAR_TEMP variables of a unit and of its bases, as each execution of its body does.
-    fn begin_temporary(&mut self, at: &Context, of: UnitId) {
+    /// Initialises the VAR_TEMP variables of the unit `own` and of its bases, as each execution of its body does. The
+    /// unit `of` declares this body, and `carries` is whether it is executed. Controllers differ in whether they also
+    /// initialise the variables of the other units.
+    fn begin_temporary(&mut self, at: &Context, own: UnitId, of: UnitId, carries: &Logic) {
         let Instance { unit, spot } = self.instances[at.instance].clone();
         let tree = self.tree;
-        // Those of a function are initialised by its call.
+        let callee = Callee::Unit(spot.clone(), unit);
+        if tree.unit(own).kind == PouKind::Function {
+            return; // Its call initialises them.
+        }
         let is_temp = |id: &VarId| tree.variable(*id).section == Section::Temp;
-        let own: Vec<VarId> = tree.members(of).into_iter().filter(is_temp).collect();
-        let callee = Callee::Unit(spot, unit);
-        let line = tree.unit(unit).line;
-        if let Err(fault) = self.begin_anew(at, &callee, &own, None, line) {
-            self.fault(fault);
+        for one in tree.lineage(own).into_iter().rev() {
+            let all = tree.unit(one).variables.iter().copied();
+            let all: Vec<VarId> = all.filter(is_temp).collect();
+            if all.is_empty() {
+                continue;
+            }
+            let mut begins = Vec::new();
+            if one == of {
+                begins.push(carries.clone());
+            }
+            if one == own {
+                begins.push(carries.clone().not());
+            }
+            let skip = (begins.len() < 2).then(|| {
+                begins.push(self.differs(ONLY_OWN_TEMPORARY).not());
+                let parts = all.iter().filter_map(|&id| self.member(&spot, unit, id)).collect();
+                self.any_value(parts);
+                self.jump(Logic::Any(begins).not(), None)
+            });
+            if let Err(fault) = self.begin_anew(at, &callee, &all, None, tree.unit(unit).line) {
+                self.fault(fault);
+            }
+            if let Some(skip) = skip {
+                self.land(skip);
+                self.landing();
+            }
+        }
+    }
+
+    /// Gives any value to these variables, but for references, of which only those known are followed.
+    fn any_value(&mut self, all: Vec<Spot>) {
+        for one in all.into_iter().filter(|one| !self.tree.has_reference(one.ty)) {
+            let choice = self.builder.choice();
+            let havoc = |region| always(Write::Havoc(region, choice));
+            let effects = one.tag.regions().into_iter().map(havoc).collect();
+            self.assembler().builder.add(None, effects, Step::Nothing);
         }
     }
 
@@ -461,6 +540,16 @@ impl Lower<'_> {
             _ => None,
         })
     }
+}
+
+/// The inputs of a unit that are declared R_EDGE or F_EDGE.
+fn edge_inputs(tree: &Tree, unit: UnitId) -> Vec<VarId> {
+    let own = &tree.unit(unit).variables;
+    let has_memory = |id: &&VarId| {
+        let memory = format!("{}.edge", tree.variable(**id).name);
+        own.iter().any(|other| tree.variable(*other).name == memory)
+    };
+    own.iter().filter(has_memory).copied().collect()
 }
 
 /// An expression that reads a place.

@@ -166,7 +166,7 @@ impl Resolver<'_> {
             Literal::Date(_) => (ExprKind::Opaque, elementary(self, Elementary::Date)),
             Literal::Time(time) => (ExprKind::Time(*time), elementary(self, Elementary::Time)),
             Literal::Text(text) => {
-                let length = u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+                let length = u32::try_from(text.len()).unwrap_or(u32::MAX);
                 (ExprKind::Text(text.clone()), self.tree.types.id(Type::Text(length)))
             }
         })
