@@ -111,6 +111,8 @@ pub struct Variable {
     pub retain: bool,
     /// Whether the reader created it: the memory of an edge, or of a value that a drawing reads before computing it.
     pub is_internal: bool,
+    /// Whether it is an input declared R_EDGE or F_EDGE.
+    pub has_edge: bool,
     /// Its line, from 1.
     pub line: u32,
 }

@@ -172,6 +172,7 @@ pub fn program(chart: Chart, actions: u64) -> Pou {
         constant: false,
         retain: false,
         is_internal: false,
+        has_edge: false,
         line: 1,
     };
     let inputs = (0..INPUTS).map(|n| variable(format!("i{n}"), Some(format!("%IX0.{n}"))));

@@ -544,12 +544,11 @@ impl Lower<'_> {
 
 /// The inputs of a unit that are declared R_EDGE or F_EDGE.
 fn edge_inputs(tree: &Tree, unit: UnitId) -> Vec<VarId> {
-    let own = &tree.unit(unit).variables;
-    let has_memory = |id: &&VarId| {
-        let memory = format!("{}.edge", tree.variable(**id).name);
-        own.iter().any(|other| tree.variable(*other).name == memory)
+    let is_input = |id: &VarId| {
+        let one = tree.variable(*id);
+        one.section == Section::Input && one.has_edge
     };
-    own.iter().filter(has_memory).copied().collect()
+    tree.unit(unit).variables.iter().copied().filter(is_input).collect()
 }
 
 /// An expression that reads a place.

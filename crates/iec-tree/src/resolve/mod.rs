@@ -244,6 +244,7 @@ impl<'p> Resolver<'p> {
             constant: one.constant,
             retain: one.retain,
             is_internal: one.is_internal,
+            has_edge: one.has_edge,
             line: one.line,
         });
         let id = VarId::at(self.tree.variables.len() - 1);

@@ -78,6 +78,7 @@ pub(super) fn variables(cursor: &mut Cursor, section: Section) -> Result<Vec<Var
                 at: at.clone(),
                 constant,
                 retain,
+                has_edge: edge.is_some(),
                 ..Variable::new(name, section, of.clone(), line)
             });
         }

@@ -165,10 +165,8 @@ fn pou(cursor: &mut Cursor, kind: PouKind, end: &str, line: u32) -> Result<Pou, 
 /// Handles inputs declared R_EDGE or F_EDGE: the body begins with calls of triggers and sees their outputs as the
 /// inputs, which have their own values again at its end.
 fn edges(pou: &mut Pou) -> Result<(), Fault> {
-    let inputs = pou.variables.iter().filter(|one| one.section == Section::Input);
-    let has_memory =
-        |one: &&Variable| pou.variables.iter().any(|other| other.name == edge_memory(&one.name));
-    let inputs: Vec<Variable> = inputs.filter(has_memory).cloned().collect();
+    let is_input = |one: &&Variable| one.section == Section::Input && one.has_edge;
+    let inputs: Vec<Variable> = pou.variables.iter().filter(is_input).cloned().collect();
     for one in inputs {
         let line = one.line;
         let Body::Code(_, statements) = &mut pou.body else {

@@ -280,6 +280,7 @@ impl Resolver<'_> {
             constant: false,
             retain: false,
             is_internal: true,
+            has_edge: false,
             line: 0,
         });
         // The result of a function or method must stay the last variable.
