@@ -152,6 +152,37 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     }
     assert_eq!(turns(&format!("c := 3; {counts}"), "f(c := n);"), Some(3));
     assert_eq!(turns("c := 3;", "FOR i := 1 TO n DO x := LN(x); END_FOR f(c := n);"), Some(3));
+    // What comes back to its value, or only counts down to a limit.
+    for body in [
+        "n := n + 1; n := n - 1; IF n < 1 THEN n := 1; END_IF",
+        "i := n + 1; n := i - 1; IF n < 1 THEN n := 1; END_IF",
+        "n := n - 1; IF n < 1 THEN n := 1; END_IF",
+        "n := MAX(n - 1, 1);",
+    ] {
+        assert_eq!(
+            turns("", &format!("{body} FOR i := 1 TO n DO x := LN(x); END_FOR")),
+            None,
+            "{body}"
+        );
+    }
+    for (body, most) in [
+        ("n := n + 1; IF n > 9 THEN n := 1; END_IF", 9),
+        ("n := n - 1; IF n < 1 THEN n := 9; END_IF", 9),
+        (
+            "w := SHL(INT_TO_WORD(n), 4); n := WORD_TO_INT(SHR(w, 4)); IF n < 1 THEN n := 1; END_IF",
+            4095,
+        ),
+    ] {
+        let body = format!("{body} FOR i := 1 TO n DO x := LN(x); END_FOR");
+        assert_eq!(turns("", &body), Some(most), "{body}");
+    }
+    let input = |body: &str| {
+        format!(
+            "PROGRAM main VAR_INPUT n : INT; END_VAR VAR i : INT; x : REAL; END_VAR {body} END_PROGRAM"
+        )
+    };
+    let read = input("FOR i := 1 TO n DO x := LN(x); END_FOR n := 5;");
+    assert_eq!(costing("LN,1,1\n", &read).map(|found| found.1), Ok(1));
     let limited = ["LIMIT(1, n, 20)", "MIN(n, 20)", "Limited(n)"];
     for value in limited {
         let body = format!("n := {value}; FOR i := 1 TO n DO x := LN(x); END_FOR");
@@ -183,8 +214,15 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
     // With all trusted that the program writes, too.
     let all = |body: &str| costing_by(Trust::All, "LN,1,1\n", &unit("", body));
     let compared = "IF n = 5 THEN x := LN(x); END_IF";
-    for body in ["n := 0;", "n := MAX(n - 1, 0);", "n := LIMIT(0, n, 20);", "n := LIMIT(1, n, 20);"]
-    {
+    for body in [
+        "n := 0;",
+        "n := MAX(n - 1, 0);",
+        "n := LIMIT(0, n, 20);",
+        "n := LIMIT(1, n, 20);",
+        "n := MAX(n, 1);",
+        "n := SEL(n < 1, n, 1);",
+        "n := UDINT_TO_INT(LIMIT(1, INT_TO_UDINT(n), 20));",
+    ] {
         assert_eq!(all(&format!("{compared} {body}")), Ok((1, 0)), "{body}");
     }
     let counted = format!("{compared} n := n + 1; IF n > 3 THEN n := 0; END_IF");

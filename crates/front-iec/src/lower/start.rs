@@ -3,7 +3,7 @@
 use super::Lower;
 use super::first_values::{First, FirstValue};
 use super::spots::{Instance, Spot};
-use scanbound_iec::PouKind;
+use scanbound_iec::{PouKind, Section};
 use scanbound_iec_tree::declarations::{Owner, VarId};
 use scanbound_ir::{AreaId, PowerUp, Region, RegionSet};
 
@@ -36,9 +36,13 @@ impl Lower<'_> {
                 if tree.unit(*unit).result == Some(*id) {
                     continue;
                 }
-                if let Some(part) = self.member(spot, *unit, *id) {
-                    values.extend(self.starts(&mut known, *id, &part));
+                let Some(part) = self.member(spot, *unit, *id) else { continue };
+                // What is outside of a program gives values to its inputs.
+                let is_input = tree.variable(*id).section == Section::Input;
+                if is_input && tree.unit(*unit).kind == PouKind::Program {
+                    self.program().external.extend(part.tag.regions());
                 }
+                values.extend(self.starts(&mut known, *id, &part));
             }
         }
         for id in tree.globals.iter().flat_map(|list| &list.variables) {

@@ -167,8 +167,8 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let always: Vec<usize> = all.iter().copied().filter(|&slot| end.has_new_value(slot)).collect();
     let ends_as_at_first = |&slot: &usize| end.value(slot) == at_first(slot);
     let steady = always.iter().copied().filter(ends_as_at_first).collect();
-    let search =
-        ScanFixpoint { program, followed: &followed, free: &free, steady, is_over: &is_over };
+    let (followed, free, given) = (&followed, &free, &run.given);
+    let search = ScanFixpoint { program, followed, free, given, steady, is_over: &is_over };
     let over = search.of(&all);
     let fewer = all.len() > always.len();
     let over = over.or_else(|| fewer.then(|| search.of(&always)).flatten());

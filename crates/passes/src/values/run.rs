@@ -5,7 +5,7 @@ use super::evaluate::Evaluation;
 use super::reach::Reach;
 use super::state::{State, Tracked};
 use super::value::Value;
-use super::write::{Origin, To, Writer};
+use super::write::{Given, Origin, To, Writer};
 use rustc_hash::FxHashSet;
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{ChoiceId, Effect, Instruction, Join, Program, Step, When, WordSource};
@@ -101,8 +101,7 @@ impl Activation {
 struct Snapshot {
     found: CountLimits,
     written: Vec<Option<Value>>,
-    given: BTreeSet<usize>,
-    beside: BTreeSet<usize>,
+    given: Given,
     lost: FxHashSet<(usize, usize)>,
     pending_jumps: BTreeMap<usize, PendingJump>,
     /// The states at which the routine returned, the main routine ended, the scan was stopped, and the loop was left.
@@ -129,11 +128,7 @@ pub struct Run<'p> {
     endless: BTreeSet<usize>,
     /// For each slot, all values written to its word during the scan; `None` if it was not written.
     pub written: Vec<Option<Value>>,
-    /// The words, by slot, to which the scan gives values: not only zeros, and not only what they held when it started,
-    /// limited or with some bits changed.
-    pub given: BTreeSet<usize>,
-    /// Those of them that are 0 in a number of which another word is not.
-    pub beside: BTreeSet<usize>,
+    pub given: Given,
     /// Ranges of slots for which any value is already recorded in `written`.
     lost: FxHashSet<(usize, usize)>,
     /// The last stamp that was used: stamps number the writes and the results of contacts and comparisons.
@@ -168,8 +163,7 @@ impl<'p> Run<'p> {
             found: CountLimits::default(),
             endless: BTreeSet::new(),
             written: vec![None; followed.words.cells().len()],
-            given: BTreeSet::new(),
-            beside: BTreeSet::new(),
+            given: Given::default(),
             lost: FxHashSet::default(),
             stamp: Shared::new(0),
             work: 0,
@@ -411,7 +405,7 @@ impl<'p> Run<'p> {
                 for (slot, value) in before.into_iter().rev() {
                     state.restrict(slot, value);
                 }
-                self.note_given(&writes);
+                self.given.note(&writes);
                 for to in writes {
                     self.stamp.set(self.stamp.get() + 1);
                     let stamp = self.stamp.get();
@@ -436,7 +430,7 @@ impl<'p> Run<'p> {
                         To::Words(slots) => {
                             state.forget(slots.clone(), stamp);
                             if self.lost.insert((slots.start, slots.end)) {
-                                self.given.extend(slots.clone());
+                                self.given.note_any(slots.clone());
                                 self.written[slots].fill(Some(Value::TOP));
                             }
                         }
@@ -448,27 +442,6 @@ impl<'p> Run<'p> {
                     state.restrict(slot, value);
                 }
             }
-        }
-    }
-
-    /// Records the words to which an effect gives a value: not only zeros or single bits, and not only what they held
-    /// when the scan started, limited or with some bits changed. Words that are written together are one number, and so
-    /// are their copies.
-    fn note_given(&mut self, writes: &[To]) {
-        let given = writes.iter().filter_map(|to| match to {
-            To::Word { slot, value, origin }
-                if !origin.is_bit && !origin.kept.is_value_of(*slot) =>
-            {
-                let of_number = origin.copy_of.is_some_and(|from| self.beside.contains(&from));
-                Some((*slot, *value != Value::constant(0), of_number))
-            }
-            _ => None,
-        });
-        let given: Vec<(usize, bool, bool)> = given.collect();
-        if given.iter().any(|&(_, is_set, of_number)| is_set || of_number) {
-            self.given.extend(given.iter().map(|(slot, ..)| *slot));
-            let zeros = given.iter().filter(|(_, is_set, _)| !is_set);
-            self.beside.extend(zeros.map(|(slot, ..)| *slot));
         }
     }
 
@@ -718,7 +691,6 @@ impl<'p> Run<'p> {
             found: self.found.clone(),
             written: self.written.clone(),
             given: self.given.clone(),
-            beside: self.beside.clone(),
             lost: self.lost.clone(),
             pending_jumps: act.pending_jumps.clone(),
             ends: [&act.returned, &self.ended, &self.stopped, exits].map(Clone::clone),
@@ -735,8 +707,8 @@ impl<'p> Run<'p> {
         left: State,
         before: Snapshot,
     ) -> Result<Option<State>, NotAnalysed> {
-        let Snapshot { found, written, given, beside, lost, pending_jumps, ends } = before;
-        (self.found, self.written, self.given, self.beside) = (found, written, given, beside);
+        let Snapshot { found, written, given, lost, pending_jumps, ends } = before;
+        (self.found, self.written, self.given) = (found, written, given);
         (self.lost, act.pending_jumps) = (lost, pending_jumps);
         let [returned, ended, stopped, mut exits] = ends;
         (act.returned, self.ended, self.stopped) = (returned, ended, stopped);

@@ -5,6 +5,7 @@ use super::Trust;
 use super::run::{CountLimits, Run};
 use super::state::Tracked;
 use super::value::Value;
+use super::write::Given;
 use scanbound_ir::{Cell, Program};
 use std::collections::BTreeSet;
 
@@ -32,18 +33,17 @@ pub struct Fixpoint {
     pub found: CountLimits,
     /// For each tracked word, by slot: its values at the start of every scan.
     pub start: Vec<Value>,
-    /// The words, by slot, to which a scan gives values ([`Run::given`]).
-    given: BTreeSet<usize>,
-    /// The words that are 0 in a number of which another word is not ([`Run::beside`]).
-    beside: BTreeSet<usize>,
+    given: Given,
+    /// For each tracked word, by slot: its values at the end of every scan.
+    end: Vec<Value>,
     /// The number of instructions that were executed to compute the fixpoint.
     work: u64,
 }
 
 struct ScanResult {
     found: CountLimits,
-    given: BTreeSet<usize>,
-    beside: BTreeSet<usize>,
+    given: Given,
+    end: Vec<Value>,
     /// For each trusted word, the values that the scan may leave in it for the next scan.
     left: Vec<Value>,
 }
@@ -54,6 +54,8 @@ pub struct ScanFixpoint<'a> {
     pub followed: &'a Tracked,
     /// For each slot, the values that its word may have at the start of a scan, whoever wrote it.
     pub free: &'a [Value],
+    /// What a scan writes that starts with any of these values.
+    pub given: &'a Given,
     /// The words, by slot, that no other writer is assumed to write and that hold the value at power-up after every
     /// scan, whatever they held before.
     pub steady: Vec<usize>,
@@ -79,7 +81,7 @@ impl ScanFixpoint<'_> {
             let own: BTreeSet<usize> =
                 trusted.iter().copied().filter(|&slot| self.is_own(slot, &best)).collect();
             trusted.retain(|slot| {
-                let is_part = || best.beside.contains(slot) && self.is_next_to(*slot, &own);
+                let is_part = || best.given.beside.contains(slot) && self.is_next_to(*slot, &own);
                 own.contains(slot) || is_part()
             });
             if trusted.len() == before {
@@ -95,9 +97,20 @@ impl ScanFixpoint<'_> {
     /// Whether nothing shows that a trusted word has another writer.
     fn is_own(&self, slot: usize, best: &Fixpoint) -> bool {
         let cell = self.followed.words.cells()[slot];
+        let is_exclusive = Trust::Counts.trusts_exclusive_cell(self.program, cell);
         let is_given =
-            best.given.contains(&slot) || Trust::Counts.trusts_exclusive_cell(self.program, cell);
-        let changes = best.start[slot] != self.at_power_up(slot);
+            best.given.words.contains(&slot) && self.given.words.contains(&slot) || is_exclusive;
+        let first = self.at_power_up(slot);
+        // If a word counts from what it held, but no scan leaves what it counted, others give it the values.
+        let counts = [self.given, &best.given].iter().any(|one| one.computed.contains(&slot));
+        let changes = match counts && !is_exclusive {
+            true => {
+                let given = best.given.independent.get(&slot).map_or(first, |all| all.join(first));
+                let end = best.end[slot];
+                end.as_constant().is_none() && !given.contains(&end)
+            }
+            false => best.start[slot] != first,
+        };
         is_given && (changes || self.steady.contains(&slot))
     }
 
@@ -141,8 +154,8 @@ impl ScanFixpoint<'_> {
                 }
                 let mut trusted = trusted.to_vec();
                 trusted.retain(|&slot| start[slot] != Value::TOP);
-                let ScanResult { found, given, beside, .. } = scanned;
-                return Some(Fixpoint { trusted, found, start, given, beside, work });
+                let ScanResult { found, given, end, .. } = scanned;
+                return Some(Fixpoint { trusted, found, start, given, end, work });
             }
             // Without a fixpoint nothing can be trusted.
             if work > MAX_FIXPOINT_WORK {
@@ -178,7 +191,8 @@ impl ScanFixpoint<'_> {
             _ => end.value(slot),
         };
         let left = trusted.iter().map(left).collect();
-        Some(ScanResult { left, found: run.found, given: run.given, beside: run.beside })
+        let end = (0..start.len()).map(|slot| end.value(slot)).collect();
+        Some(ScanResult { left, found: run.found, given: run.given, end })
     }
 
     /// Narrowing after widening: at the start of a scan, memory has its power-up values or those that a scan left which

@@ -66,24 +66,38 @@ struct Block {
     stamps: [u32; BLOCK],
     /// The recent conditional writes of each word; `None` if the last write was certain.
     writes: [Option<Rc<Writes>>; BLOCK],
-    /// What each written word may still hold, because copies were written to it.
+    /// How each written word depends on the start of the scan.
     kept: [Kept; BLOCK],
 }
 
-/// Of which words a word may hold the value at the start of the scan, perhaps limited or with some bits changed.
+/// How a word may depend on the values that words had at the start of the scan. Sets of slots are in ascending order;
+/// `None` if they are empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Kept {
-    /// These slots, in ascending order; `None` if there are none.
+    /// The words of which it may hold such a value, perhaps limited or with some bits changed.
     perhaps: Option<Rc<[usize]>>,
-    /// The slot of which the word certainly holds it.
-    surely: Option<usize>,
-    /// The bits that may be those.
+    /// The words from whose values it may be computed in any way, with those in `perhaps`.
+    from: Option<Rc<[usize]>>,
+    /// The bits that may be those of a word in `perhaps`.
     bits: u16,
+}
+
+/// The slots that are in one of two sets.
+fn united(one: &Option<Rc<[usize]>>, other: &Option<Rc<[usize]>>) -> Option<Rc<[usize]>> {
+    match (one, other) {
+        (None, some) | (some, None) => some.clone(),
+        (Some(one), Some(other)) if one == other => Some(one.clone()),
+        (Some(one), Some(other)) => {
+            let all: BTreeSet<usize> = one.iter().chain(other.iter()).copied().collect();
+            Some(all.into_iter().collect())
+        }
+    }
 }
 
 impl Kept {
     fn own(slot: usize) -> Kept {
-        Kept { perhaps: Some(Rc::new([slot])), surely: Some(slot), bits: u16::MAX }
+        let own: Option<Rc<[usize]>> = Some(Rc::new([slot]));
+        Kept { perhaps: own.clone(), from: own, bits: u16::MAX }
     }
 
     /// The same after a bit of the word was written.
@@ -94,28 +108,27 @@ impl Kept {
         }
     }
 
-    /// Whether the word certainly holds what the word in this slot held at the start of the scan, perhaps limited or
-    /// with some bits changed.
-    pub fn is_value_of(&self, slot: usize) -> bool {
-        self.surely == Some(slot)
+    /// Whether the word may hold what the word in this slot held at the start of the scan, perhaps limited or with some
+    /// bits changed.
+    pub fn may_be_value_of(&self, slot: usize) -> bool {
+        self.perhaps.as_ref().is_some_and(|slots| slots.contains(&slot))
     }
 
-    /// What is known if either applies.
+    /// Whether the word may depend on what the word in this slot held at the start of the scan.
+    pub fn depends_on(&self, slot: usize) -> bool {
+        self.from.as_ref().is_some_and(|slots| slots.contains(&slot))
+    }
+
+    /// What is known of a value that is computed from it.
+    pub fn computed(self) -> Kept {
+        Kept { from: self.from, ..Kept::default() }
+    }
+
+    /// What is known if either applies, or of a word of which each bit is one of either, or made of both.
     pub fn join(&self, other: &Kept) -> Kept {
-        Kept { surely: self.surely.filter(|_| self.surely == other.surely), ..self.mixed(other) }
-    }
-
-    /// What is known of a word of which each bit is one of either, or made of both.
-    pub fn mixed(&self, other: &Kept) -> Kept {
-        let perhaps = match (&self.perhaps, &other.perhaps) {
-            (None, some) | (some, None) => some.clone(),
-            (Some(one), Some(other)) if one == other => Some(one.clone()),
-            (Some(one), Some(other)) => {
-                let all: BTreeSet<usize> = one.iter().chain(other.iter()).copied().collect();
-                Some(all.into_iter().collect())
-            }
-        };
-        Kept { perhaps, surely: self.surely.or(other.surely), bits: self.bits | other.bits }
+        let perhaps = united(&self.perhaps, &other.perhaps);
+        let from = united(&self.from, &other.from);
+        Kept { perhaps, from, bits: self.bits | other.bits }
     }
 }
 
@@ -126,7 +139,7 @@ impl Block {
             values: [Value::TOP; BLOCK],
             stamps: [stamp; BLOCK],
             writes: [const { None }; BLOCK],
-            kept: [const { Kept { perhaps: None, surely: None, bits: 0 } }; BLOCK],
+            kept: [const { Kept { perhaps: None, from: None, bits: 0 } }; BLOCK],
         }
     }
 }
@@ -219,10 +232,10 @@ impl State {
     /// Whether the word was written in this scan on every path to this point, and not only with the value that it had
     /// at the start, perhaps limited: a parameter that is passed by reference is copied to the block and back.
     pub fn has_new_value(&self, slot: usize) -> bool {
-        !self.kept(slot).perhaps.is_some_and(|slots| slots.contains(&slot))
+        !self.kept(slot).may_be_value_of(slot)
     }
 
-    /// Of which words this one may hold the value at the start of the scan.
+    /// How this word may depend on what words held at the start of the scan.
     pub fn kept(&self, slot: usize) -> Kept {
         let (place, at) = (slot / BLOCK, slot % BLOCK);
         let bit = |of: &[u32]| of[place] & 1 << at != 0;
@@ -230,7 +243,7 @@ impl State {
         match (bit(&self.touched), bit(&self.written)) {
             (false, _) => Kept::own(slot),
             (true, true) => kept.clone(),
-            (true, false) => Kept { surely: kept.surely, ..kept.join(&Kept::own(slot)) },
+            (true, false) => kept.join(&Kept::own(slot)),
         }
     }
 
@@ -329,7 +342,6 @@ impl State {
                 block.values[at] = Value::TOP;
                 block.stamps[at] = stamp;
                 block.writes[at] = None;
-                block.kept[at].surely = None;
             }
         }
     }

@@ -10,7 +10,7 @@ use rustc_hash::FxHashSet;
 use scanbound_ir::flow;
 use scanbound_ir::meaning::{ChoiceKind, Operation, OperationInput, Target};
 use scanbound_ir::{BitTarget, ChoiceId, Number, Region, WordSource, WordTarget, Write};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// A write of tracked words or bits, given by slots, that an effect does if it is executed.
@@ -33,6 +33,58 @@ pub struct Origin {
     pub copy_of: Option<usize>,
     /// Whether only a bit of the word is written, and others may still be what the word held.
     pub is_bit: bool,
+}
+
+/// What a scan writes to words, by slot.
+#[derive(Clone, Default)]
+pub struct Given {
+    /// The words to which it gives values: not only zeros or single bits, and not only what they may have held when it
+    /// started, limited or with some bits changed.
+    pub words: BTreeSet<usize>,
+    /// Those of them that are 0 in a number of which another word is not.
+    pub beside: BTreeSet<usize>,
+    /// The values given to each word that do not depend on what it held when the scan started.
+    pub independent: BTreeMap<usize, Value>,
+    /// The words to which values are given that are computed from what they held then.
+    pub computed: BTreeSet<usize>,
+}
+
+impl Given {
+    /// Records the writes of one effect. Words that are written together are one number, and so are their copies.
+    pub fn note(&mut self, writes: &[To]) {
+        let given = writes.iter().filter_map(|to| match to {
+            To::Word { slot, value, origin }
+                if !origin.is_bit && !origin.kept.may_be_value_of(*slot) =>
+            {
+                Some((*slot, *value, origin))
+            }
+            _ => None,
+        });
+        let given: Vec<(usize, Value, &Origin)> = given.collect();
+        for &(slot, value, origin) in &given {
+            if origin.kept.depends_on(slot) {
+                self.computed.insert(slot);
+            } else {
+                let known = self.independent.entry(slot).or_insert(value);
+                *known = known.join(value);
+            }
+        }
+        let is_set = |value: &Value| *value != Value::constant(0);
+        let is_number = |(_, value, origin): &(usize, Value, &Origin)| {
+            is_set(value) || origin.copy_of.is_some_and(|from| self.beside.contains(&from))
+        };
+        if given.iter().any(is_number) {
+            self.words.extend(given.iter().map(|(slot, ..)| *slot));
+            let zeros = given.iter().filter(|(_, value, _)| !is_set(value));
+            self.beside.extend(zeros.map(|(slot, ..)| *slot));
+        }
+    }
+
+    /// Records that words may get any value.
+    pub fn note_any(&mut self, slots: Range<usize>) {
+        self.words.extend(slots.clone());
+        self.independent.extend(slots.map(|slot| (slot, Value::TOP)));
+    }
 }
 
 /// Evaluates one effect in an abstract state, and collects the writes that it does.
@@ -116,13 +168,15 @@ impl Writer<'_> {
                         Operation::Limit => meaning.inputs.get(2),
                         _ => None,
                     };
-                    let mut origins = match from {
-                        Some(OperationInput::Words(words)) => self.origins_of(words),
-                        Some(OperationInput::Number(number)) => self.origins(number),
-                        _ => Vec::new(),
-                    };
+                    let mut origins = from.map_or_else(Vec::new, |from| self.input(from));
                     if meaning.operation != Operation::Copy {
-                        origins.iter_mut().for_each(|origin| origin.copy_of = None);
+                        let all = meaning.inputs.iter().flat_map(|input| self.input(input));
+                        let all = computed(all);
+                        origins.iter_mut().for_each(|origin| {
+                            origin.kept = origin.kept.join(&all.kept);
+                            origin.copy_of = None;
+                        });
+                        origins.resize(results.len().max(origins.len()), all);
                     }
                     match output {
                         Target::Words(targets) => self.write_words(targets, results, &origins),
@@ -172,7 +226,7 @@ impl Writer<'_> {
                 a.resize(words, Origin::default());
                 b.resize(words, Origin::default());
                 let both = |(a, b): (&Origin, &Origin)| Origin {
-                    kept: a.kept.mixed(&b.kept),
+                    kept: a.kept.join(&b.kept),
                     ..Origin::default()
                 };
                 a.iter().zip(&b).map(both).collect()
@@ -181,7 +235,20 @@ impl Writer<'_> {
             Number::Add(a, b) if b.words().all(|word| word == WordSource::Const(0)) => {
                 self.origins(a)
             }
-            Number::Add(..) | Number::Sub(..) => Vec::new(),
+            Number::Add(a, b) | Number::Sub(a, b) => {
+                let [a, b] = [a, b].map(|one| self.origins(one));
+                let words = a.len().max(b.len());
+                vec![computed(a.into_iter().chain(b)); words]
+            }
+        }
+    }
+
+    /// Where each word of an operand comes from; empty for bits and runs of cells.
+    fn input(&self, input: &OperationInput) -> Vec<Origin> {
+        match input {
+            OperationInput::Words(words) => self.origins_of(words),
+            OperationInput::Number(number) => self.origins(number),
+            _ => Vec::new(),
         }
     }
 
@@ -210,6 +277,12 @@ impl Writer<'_> {
         let Some(found) = found else { return vec![region] };
         found.stretches().into_iter().map(|ends| indexed.range(ends)).collect()
     }
+}
+
+/// Where a value comes from that is computed from all of these.
+fn computed(all: impl Iterator<Item = Origin>) -> Origin {
+    let kept = all.fold(Kept::default(), |all, one| all.join(&one.kept.computed()));
+    Origin { kept, ..Origin::default() }
 }
 
 /// Whether a result with this target can be followed. Not with bits of words, which leave the word any value, and not
