@@ -52,7 +52,7 @@ fn next(machine: &mut Machine<'_>, dice: &mut Dice) {
 #[test]
 fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
     let (mut followed, mut refused, mut asked, mut excluded) = (0, BTreeMap::new(), 0_u32, 0_u32);
-    for seed in seeds(30) {
+    for seed in seeds(20) {
         let mut dice = Dice::new(seed);
         let case = Case::new(&mut dice, seed, false);
         let trust = if seed % 3 == 0 { Trust::None } else { Trust::All };
@@ -105,8 +105,8 @@ fn no_scan_of_random_drawings_and_lists_is_left_out_of_the_bound() {
         let found = bound(&audited(&text, trust).unwrap_or_else(|why| panic!("{why}\n{text}")));
         assert!(Some(found) >= most, "seed {seed}, {trust:?}: {found} < {most:?}\n{text}");
     }
-    assert!(followed >= cases(25_u64), "most are followed: {followed}, {refused:#?}");
-    // Of 55 values that were asked for in 60 cases, 7 were excluded; a third as many are asked for.
+    assert!(followed >= cases(17_u64), "most are followed: {followed}, {refused:#?}");
+    // Of 55 values that were asked for in 60 cases, 7 were excluded; a third of that is asked for.
     assert!(excluded * 24 >= asked, "values are followed: {excluded} of {asked}");
 }
 

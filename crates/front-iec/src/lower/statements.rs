@@ -104,8 +104,9 @@ impl Lower<'_> {
         begin
     }
 
-    /// Refuses a body if it does not itself look for the edges of all inputs declared R_EDGE or F_EDGE, or if it or
-    /// what it calls writes such an input: it begins with a trigger for each, and ends with the value that was passed.
+    /// Refuses a body of a block with inputs declared R_EDGE or F_EDGE if another block of the line of inheritance
+    /// declares one, or if the body or what it calls writes one. The parser begins such a body with two statements for
+    /// each input, which see its edge, and ends it with one that gives it the passed value again.
     fn edges_stay(&mut self, at: &Context, body: &Routine) {
         let tree = self.tree;
         let Instance { unit, spot } = self.instances[at.instance].clone();
@@ -125,16 +126,13 @@ impl Lower<'_> {
             input.iter().for_each(|input| add(&mut own.reads, input.tag.regions()));
             effects.changes(&own)
         });
-        let (id, what) = match (inherited, written) {
-            (Some(id), _) => (id, "inherits it or is inherited from"),
-            (None, Some(id)) => (id, "writes it, or calls what writes it"),
+        let (id, why) = match (inherited, written) {
+            (Some(id), _) => (id, "a block with such an input is extended"),
+            (None, Some(id)) => (id, "the body, or what it calls, writes the input"),
             (None, None) => return,
         };
-        let message = format!(
-            "{} is an input with an edge, and {} {what}: not followed",
-            tree.variable(id).name,
-            tree.unit(body.unit).name
-        );
+        let (name, block) = (&tree.variable(id).name, &tree.unit(body.unit).name);
+        let message = format!("edges of the input {name} are not followed in {block}: {why}");
         let help = "declare it without an edge, and call R_TRIG or F_TRIG yourself";
         let line = tree.unit(body.unit).line;
         self.fault(Fault::new(line, message).code(FaultCode::NotModelled).help(help));
