@@ -246,8 +246,16 @@ pub(super) fn share(
         let mut more: Vec<Effect> = Vec::new();
         let mut told = Vec::new();
         for effect in &assembler.builder.program.instructions[at].effects.clone() {
-            for (one, other) in index.written(&effect.write).into_iter().map(|pair| pairs[pair]) {
-                let writes = match one.passes_to(other) {
+            let written: Vec<_> =
+                index.written(&effect.write).into_iter().map(|pair| pairs[pair]).collect();
+            // Of several variables, an index may select the one that is written.
+            let is_one = written.windows(2).all(|two| std::ptr::eq(two[0].0, two[1].0));
+            for (one, other) in written {
+                let passes = match is_one {
+                    true => one.passes_to(other),
+                    false => Passes::Any(other.spot.tag.regions()),
+                };
+                let writes = match passes {
                     Passes::Same(writes) => writes,
                     Passes::Any(regions) => {
                         told.push(format!(
