@@ -202,6 +202,11 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
         let body = format!("FOR i := 1 TO MIN(n, 9) DO x := LN(x); END_FOR {down}");
         assert_eq!(turns("", &body), Some(9), "{down}");
     }
+    for (step, most) in [("n - 1", 99), ("n / 2", 99), ("n MOD 3", 99), ("n * 3", 10)] {
+        let body =
+            format!("FOR i := 1 TO MIN(n, 99) DO x := LN(x); END_FOR n := LIMIT(1, {step}, 10);");
+        assert_eq!(turns("", &body), Some(most), "{step}");
+    }
     // What the program counts, or writes bit by bit, is its own.
     let counted = "s(r := r); FOR i := 1 TO DINT_TO_INT(r.d) DO x := LN(x); END_FOR";
     assert_eq!(turns("", counted), Some(9));

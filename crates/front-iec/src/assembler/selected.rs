@@ -3,7 +3,7 @@
 use super::Assembler;
 use super::mixed::{below_zero, mixed, typed};
 use super::numbers::{common, row};
-use super::open::opened;
+use super::open::{opened, parted};
 use super::types::{DINT, INT, Kind, holding};
 use super::value::{Value, constant, sources, targets, unsigned, within, wrapped};
 use scanbound_iec::ast::Operator;
@@ -173,18 +173,29 @@ impl Assembler {
     /// LIMIT of an integer between constants of its own type, in order, as one operation whose result later passes
     /// know. None if it is not such a LIMIT.
     fn between_constants(&mut self, low: &Value, value: &Value, high: &Value) -> Option<Value> {
-        let Limits { low, high, kind, wide } = limits(low, value, high)?;
-        // The constants also limit a value that overflows its type.
-        let Value::Number(from, number) = self.settled(value.clone()) else { return None };
+        let limits = limits(low, value, high)?;
+        let Limits { kind, wide, .. } = limits;
+        let (value, beyond) = parted(value.clone());
+        let Value::Number(_, number) = value else { return None };
         for operator in [Operator::GreaterOrEqual, Operator::LessOrEqual] {
             self.cost(&[row(operator, Some(kind))], "compare");
         }
-        let words = wide.words();
-        let number = self.converted(number, from, wide);
-        let ends = [low, high].map(|end| Input::Number(within(wide, end)));
-        let inputs = ends.into_iter().chain([Input::Number(number)]).collect();
-        let found = self.worked_out(words, Some((Operation::Limit, inputs, words)));
+        let number = self.converted(number, kind, wide);
+        let mut found = self.limited_number(number, &limits);
+        if let (Some(beyond), Number::Words(words)) = (beyond, &found) {
+            // A value that overflows its type is any value between the limits.
+            self.open_where(beyond, words);
+            found = self.limited_number(found, &limits);
+        }
         Some(Value::Number(kind, self.converted(found, wide, kind)))
+    }
+
+    /// A number of the kind in which LIMIT is computed, moved to the nearer limit if it lies outside.
+    fn limited_number(&mut self, number: Number, limits: &Limits) -> Number {
+        let words = limits.wide.words();
+        let ends = [limits.low, limits.high].map(|end| within(limits.wide, end));
+        let inputs = ends.into_iter().chain([number]).map(Input::Number).collect();
+        self.worked_out(words, Some((Operation::Limit, inputs, words)))
     }
 
     /// The larger of two values if `larger`, else the smaller.
@@ -235,7 +246,7 @@ pub(crate) struct Limits {
     low: i64,
     high: i64,
     kind: Kind,
-    /// The signed kind in which LIMIT is computed, with the bits that compilers keep of the number.
+    /// The signed kind in which LIMIT is computed.
     wide: Kind,
 }
 
@@ -248,7 +259,6 @@ pub(crate) fn limits(low: &Value, value: &Value, high: &Value) -> Option<Limits>
     let wide = match (bits, signed) {
         (32, false) => return None,
         (16, false) => DINT,
-        (..32, _) if matches!(value, Value::Open(..)) => DINT,
         _ => kind,
     };
     let fit = low <= high && [low, high].iter().all(|&end| holding(kind, end) == kind);

@@ -214,6 +214,7 @@ impl Evaluation<'_> {
     pub fn operation(&self, meaning: &Meaning) -> Option<Vec<Vec<Value>>> {
         let Meaning { operation, inputs, .. } = meaning;
         let input = |n: usize| self.operand(inputs.get(n)?);
+        let integer = |n: usize| self.integer(inputs.get(n)?);
         match operation {
             Operation::Copy => inputs.iter().map(|input| self.operand(input)).collect(),
             Operation::WithFlags { operation, .. } => {
@@ -223,18 +224,25 @@ impl Evaluation<'_> {
                 Some(found)
             }
             Operation::Multiply { signed: true } => {
-                let (a, b) = (input(0)?, input(1)?);
-                let product = Integers::signed(&a)?.multiply(&Integers::signed(&b)?)?;
-                Some(vec![product.words(a.len() + b.len())])
+                let words = input(0)?.len() + input(1)?.len();
+                Some(vec![integer(0)?.multiply(&integer(1)?)?.words(words)])
             }
-            Operation::Divide { signed: true } => {
-                let (a, b) = (input(0)?, input(1)?);
+            Operation::Divide { signed } | Operation::DivideJoined { signed } => {
+                let words = input(0)?.len();
+                let number = |n: usize| match signed {
+                    true => integer(n),
+                    false => Integers::read(&input(n)?, false),
+                };
                 // Only positive divisors are supported.
-                let results = Integers::signed(&a)?.divided(&Integers::signed(&b)?)?;
-                Some(results.iter().map(|number| number.words(a.len())).collect())
+                let results = number(0)?.divided(&number(1)?)?;
+                let results = results.map(|number| number.words(words));
+                Some(match operation {
+                    Operation::Divide { .. } => results.to_vec(),
+                    _ => vec![results.concat()],
+                })
             }
             Operation::Resize(words @ 1..=4) => {
-                let number = Integers::signed(&input(0)?)?;
+                let number = integer(0)?;
                 let words = usize::from(*words);
                 number.fits(words).then(|| vec![number.words(words)])
             }
@@ -263,11 +271,8 @@ impl Evaluation<'_> {
                 Some(vec![vec![Value::range(0, most), Value::range(0, most)]])
             }
             Operation::Limit => {
-                let [low, high, number] = [input(0)?, input(1)?, input(2)?]
-                    .map(|words| Integers::signed(&words).map(|number| (number, words.len())));
-                let ((low, _), (high, _), (number, words)) = (low?, high?, number?);
-                let within = number.limited(low.as_constant()?, high.as_constant()?)?;
-                Some(vec![within.words(words)])
+                let (low, high) = (integer(0)?.as_constant()?, integer(1)?.as_constant()?);
+                Some(vec![integer(2)?.limited(low, high)?.words(input(2)?.len())])
             }
             Operation::Each(Unary::Negate) => match input(0)?[..] {
                 [word] => Some(vec![vec![word.negated()]]),
@@ -284,6 +289,15 @@ impl Evaluation<'_> {
                 _ => None,
             },
             _ => None,
+        }
+    }
+
+    /// The possible values of an operand that is a signed number. `None` if they are not known as integers.
+    fn integer(&self, operand: &OperationInput) -> Option<Integers> {
+        let words = self.operand(operand)?;
+        match operand {
+            OperationInput::Number(number) if words.len() == 2 => self.integers(number),
+            _ => Integers::signed(&words),
         }
     }
 

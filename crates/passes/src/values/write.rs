@@ -8,7 +8,7 @@ use super::state::Kept;
 use super::value::Value;
 use rustc_hash::FxHashSet;
 use scanbound_ir::flow;
-use scanbound_ir::meaning::{ChoiceKind, Operation, OperationInput, Target};
+use scanbound_ir::meaning::{ChoiceKind, Meaning, Operation, OperationInput, Target};
 use scanbound_ir::{BitTarget, ChoiceId, Number, Region, WordSource, WordTarget, Write};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -154,36 +154,10 @@ impl Writer<'_> {
         };
         if let Some(meaning) = exact
             && meaning.outputs.iter().all(is_followed)
-            && let Some(results) = self.evaluation.operation(meaning)
         {
             // All effects with one choice are one write.
             if done.insert(choice) {
-                for (place, output) in meaning.outputs.iter().enumerate() {
-                    let results = results.get(place).map_or(&[][..], Vec::as_slice);
-                    // The result may be this operand.
-                    let from = match meaning.operation {
-                        Operation::Copy => meaning.inputs.get(place),
-                        // The lower words are the same.
-                        Operation::Resize(_) | Operation::PutBit(_) => meaning.inputs.first(),
-                        Operation::Limit => meaning.inputs.get(2),
-                        _ => None,
-                    };
-                    let mut origins = from.map_or_else(Vec::new, |from| self.input(from));
-                    if meaning.operation != Operation::Copy {
-                        let all = meaning.inputs.iter().flat_map(|input| self.input(input));
-                        let all = computed(all);
-                        origins.iter_mut().for_each(|origin| {
-                            origin.kept = origin.kept.join(&all.kept);
-                            origin.copy_of = None;
-                        });
-                        origins.resize(results.len().max(origins.len()), all);
-                    }
-                    match output {
-                        Target::Words(targets) => self.write_words(targets, results, &origins),
-                        // Bits are forgotten below.
-                        Target::Bits(_) | Target::Run(..) | Target::Nowhere => {}
-                    }
-                }
+                self.write_results(meaning);
             }
             self.forget_bits(region);
             return;
@@ -192,6 +166,47 @@ impl Writer<'_> {
             let words = self.words().within(region);
             self.writes.extend((!words.is_empty()).then_some(To::Words(words)));
             self.forget_bits(region);
+        }
+    }
+
+    /// Collects the writes of an operation's results. If these are not known, they may be any values computed from its
+    /// operands, and may also not be written. Bits are not written here.
+    fn write_results(&mut self, meaning: &Meaning) {
+        let all = computed(meaning.inputs.iter().flat_map(|input| self.input(input)));
+        let results = self.evaluation.operation(meaning);
+        for (place, output) in meaning.outputs.iter().enumerate() {
+            let Target::Words(targets) = output else { continue };
+            let Some(results) = &results else {
+                let before = |target: &WordTarget| match target {
+                    WordTarget::Cell(cell) => {
+                        self.origins_of(&[WordSource::Cell(*cell)])[0].kept.clone()
+                    }
+                    _ => Kept::default(),
+                };
+                let origin =
+                    |target| Origin { kept: all.kept.join(&before(target)), ..Origin::default() };
+                let origins: Vec<Origin> = targets.iter().map(origin).collect();
+                self.write_words(targets, &[], &origins);
+                continue;
+            };
+            let results = results.get(place).map_or(&[][..], Vec::as_slice);
+            // The result may be this operand.
+            let from = match meaning.operation {
+                Operation::Copy => meaning.inputs.get(place),
+                // The lower words are the same.
+                Operation::Resize(_) | Operation::PutBit(_) => meaning.inputs.first(),
+                Operation::Limit => meaning.inputs.get(2),
+                _ => None,
+            };
+            let mut origins = from.map_or_else(Vec::new, |from| self.input(from));
+            if meaning.operation != Operation::Copy {
+                origins.iter_mut().for_each(|origin| {
+                    origin.kept = origin.kept.join(&all.kept);
+                    origin.copy_of = None;
+                });
+                origins.resize(results.len().max(origins.len()), all.clone());
+            }
+            self.write_words(targets, results, &origins);
         }
     }
 
