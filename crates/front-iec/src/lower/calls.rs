@@ -16,7 +16,7 @@ use scanbound_iec::fault::Fault;
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
 use scanbound_iec_tree::declarations::{First, RoutineId, VarId};
 use scanbound_iec_tree::tree::{
-    Call, Expr, ExprKind, Parameter, Passed, Place, Step as PathStep, Target,
+    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Step as PathStep, Target,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{Logic, Number, Step, TimingKey};
@@ -610,10 +610,10 @@ impl Lower<'_> {
         for &id in variables {
             let one = tree.variable(id);
             if one.section == Section::Local && one.constant {
-                self.begins_without_call(id, line)?;
+                self.begins_without_call(id, &[], line)?;
             }
         }
-        for &id in variables {
+        for (place, &id) in variables.iter().enumerate() {
             let one = tree.variable(id);
             let begins = match one.section {
                 // Constants of a unit have their declared values at all times.
@@ -629,7 +629,7 @@ impl Lower<'_> {
             };
             let Some(spot) = spot else { continue };
             self.begins_plain(&spot, one.initial.is_some(), line)?;
-            self.begins_without_call(id, line)?;
+            self.begins_without_call(id, &variables[place..], line)?;
             let is_bit = matches!(self.simple(&spot), Ty::Bit);
             let value = match &one.initial {
                 None if self.tree.types.is_reference(spot.ty) => Value::Constant(0),
@@ -683,13 +683,26 @@ impl Lower<'_> {
     }
 
     /// Refuses a variable that is initialised at each call if its type or its initial value has calls or reads that
-    /// take time then. The initial value of one non-constant elementary or text variable may have them.
-    fn begins_without_call(&self, id: VarId, line: u32) -> Result<(), Fault> {
+    /// take time then. The initial value of one non-constant elementary or text variable may have them, except calls
+    /// and reads of variables for an input, since controllers may evaluate it before or after the arguments that are
+    /// given, and reads of itself and the variables initialised after it (`later`), which have no value yet.
+    fn begins_without_call(&self, id: VarId, later: &[VarId], line: u32) -> Result<(), Fault> {
         let one = self.tree.variable(id);
         let is_single =
             matches!(self.tree.types.get(one.ty), Typed::Elementary(_) | Typed::Text(_));
         let mut is_open = one.type_calls;
-        if let Some(initial) = one.initial.as_ref().filter(|_| !is_single || one.constant) {
+        let may_have = is_single && !one.constant;
+        if let Some(initial) = one.initial.as_ref().filter(|_| may_have) {
+            let is_input = one.section == Section::Input;
+            is_open |= is_input && initial.calls();
+            initial.each(&mut |inner| {
+                if let ExprKind::Read(Place { root: Root::Variable(read), .. }) = &inner.kind {
+                    let varies = !self.tree.variable(*read).constant;
+                    is_open |= varies && (is_input || later.contains(read));
+                }
+            });
+        }
+        if let Some(initial) = one.initial.as_ref().filter(|_| !may_have) {
             // In a list, evaluating the value of each element would take time.
             initial.each(&mut |inner| {
                 is_open |= matches!(
@@ -708,7 +721,10 @@ impl Lower<'_> {
             "{} begins anew with each call, and its initial value is evaluated then, which is not modelled",
             one.name
         );
-        let help = "assign the value in the body";
+        let help = match one.section {
+            Section::Input => "give it a constant value, or pass it in each call",
+            _ => "assign the value in the body",
+        };
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
     }
 }

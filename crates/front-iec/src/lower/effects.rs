@@ -317,10 +317,8 @@ impl Lower<'_> {
         let tree = self.tree;
         for &id in all {
             let one = tree.variable(id);
-            let begins = matches!(
-                one.section,
-                Section::Local | Section::Temp | Section::Output | Section::Input
-            );
+            // Initial values of inputs are constant.
+            let begins = matches!(one.section, Section::Local | Section::Temp | Section::Output);
             if let Some(initial) = one.initial.as_ref().filter(|_| begins) {
                 self.of_expr(at, initial, found);
             }
