@@ -358,6 +358,7 @@ fn a_word_that_is_compared_for_a_bit_starts_with_what_every_scan_leaves_in_it() 
         "n := n + 6; b := n > 10; IF b THEN Op4(); END_IF; n := 0;",
         "n := n + 6; i := SEL(n > 10, 0, 1); IF i = 1 THEN Op4(); END_IF; n := 0;",
         "n := n + 6; b := SEL(n > 10, FALSE, TRUE); IF b THEN Op4(); END_IF; n := 0;",
+        "n := n + 6; b := n > 11; IF b THEN Op4(); END_IF; n := 5;",
         "r := r + 6.0; b := r > 10.0; IF b THEN Op4(); END_IF; r := 1.5;",
         "\nLD n\nADD 6\nST n\nGT 10\nJMPCN e\nCAL Op4()\ne:\nLD 0\nST n\n",
     ] {

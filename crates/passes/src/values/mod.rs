@@ -165,8 +165,8 @@ fn analyse(program: &Program, trust: Trust, settings: &Settings<'_>) -> ValueRes
     let others = others.into_iter().filter(|&slot| end.has_new_value(slot) && counts(&slot));
     let all: Vec<usize> = alone.iter().copied().chain(others).collect();
     let always: Vec<usize> = all.iter().copied().filter(|&slot| end.has_new_value(slot)).collect();
-    let ends_as_at_first = |&slot: &usize| end.value(slot) == at_first(slot);
-    let steady = always.iter().copied().filter(ends_as_at_first).collect();
+    let is_constant = |slot: &usize| end.value(*slot).as_constant().is_some();
+    let steady = always.iter().copied().filter(is_constant).collect();
     let (followed, free, given) = (&followed, &free, &run.given);
     let search = ScanFixpoint { program, followed, free, given, steady, is_over: &is_over };
     let over = search.of(&all);

@@ -56,8 +56,8 @@ pub struct ScanFixpoint<'a> {
     pub free: &'a [Value],
     /// What a scan writes that starts with any of these values.
     pub given: &'a Given,
-    /// The words, by slot, that no other writer is assumed to write and that hold the value at power-up after every
-    /// scan, whatever they held before.
+    /// The words, by slot, that no other writer is assumed to write and that hold one value after every scan, whatever
+    /// they held before.
     pub steady: Vec<usize>,
     /// Returns true if the analysis must stop, because the time is over.
     pub is_over: &'a dyn Fn() -> bool,
