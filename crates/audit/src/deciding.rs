@@ -63,17 +63,18 @@ pub fn needed_variables(
 pub fn depends_on(model: &ScanModel, charges: &[usize]) -> BTreeSet<VarId> {
     let guards = charges.iter().map(|&index| &model.charges[index]);
     let mut open: Vec<usize> = guards.flat_map(|charge| charge.literals()).map(Lit::node).collect();
-    let mut seen: BTreeSet<usize> = open.iter().copied().collect();
+    let mut seen = vec![false; model.circuit.nodes().len()];
     let mut variables = BTreeSet::new();
     while let Some(index) = open.pop() {
+        if std::mem::replace(&mut seen[index], true) {
+            continue;
+        }
         match model.circuit.nodes()[index] {
             Node::True => {}
             Node::Atom(atom) => {
                 variables.insert(atom.variable());
             }
-            Node::And(a, b) => {
-                open.extend([a.node(), b.node()].into_iter().filter(|&node| seen.insert(node)));
-            }
+            Node::And(a, b) => open.extend([a.node(), b.node()]),
         }
     }
     variables

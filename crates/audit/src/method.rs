@@ -13,7 +13,7 @@ use scanbound_ir::Program;
 use scanbound_model::{Group, ScanModel};
 pub use scanbound_solve::trace::{Step, Trace};
 use scanbound_solve::{Engine, Item, Limits, Maximum, Opinion, Problem, second_opinion};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The largest number of conditions of a group that are written.
@@ -142,13 +142,10 @@ pub fn traces(
 
 /// The devices on which a condition depends, as `by X0, M5 and 3 more`: for a condition that is too long to be written.
 fn devices(model: &ScanModel, item: &Item, names: &Names<'_>) -> String {
-    let mut devices: Vec<String> = Vec::new();
-    for variable in depends_on(model, &item.charges[..1]) {
-        let device = names.device(&model.variables[variable.0 as usize]);
-        if !devices.contains(&device) {
-            devices.push(device);
-        }
-    }
+    let variables = depends_on(model, &item.charges[..1]).into_iter();
+    let all = variables.map(|variable| names.device(&model.variables[variable.0 as usize]));
+    let mut met = BTreeSet::new();
+    let mut devices: Vec<String> = all.filter(|device| met.insert(device.clone())).collect();
     let more = match devices.len().saturating_sub(MAX_NAMED_DEVICES) {
         0 => String::new(),
         more => format!(" and {more} more"),
