@@ -207,6 +207,14 @@ fn what_keeps_its_value_or_is_only_limited_is_set_by_others() {
             format!("FOR i := 1 TO MIN(n, 99) DO x := LN(x); END_FOR n := LIMIT(1, {step}, 10);");
         assert_eq!(turns("", &body), Some(most), "{step}");
     }
+    // A sequence that only others start.
+    for next in [
+        "CASE n OF 3: n := 1; 1: n := 2; ELSE n := 0; END_CASE",
+        "IF n = 3 THEN n := 1; ELSE n := 0; END_IF",
+    ] {
+        let body = format!("FOR i := 1 TO MIN(n, 9) DO x := LN(x); END_FOR {next}");
+        assert_eq!(turns("", &body), Some(9), "{next}");
+    }
     // What the program counts, or writes bit by bit, is its own.
     let counted = "s(r := r); FOR i := 1 TO DINT_TO_INT(r.d) DO x := LN(x); END_FOR";
     assert_eq!(turns("", counted), Some(9));

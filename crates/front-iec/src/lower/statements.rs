@@ -484,7 +484,8 @@ impl Lower<'_> {
             _ => DINT,
         };
         let number = self.as_number(value, kind);
-        let words = self.copied(number, kind.words());
+        // A variable is not copied: no arm is executed before another's selectors are compared.
+        let words = self.words(number, kind.words());
         let mut ends = Vec::new();
         for (selectors, body) in arms {
             let mut fits = Vec::new();
