@@ -331,6 +331,18 @@ pub struct Chart {
     /// The variables of the unit that the tool declares as this chart's flags `SFCInit` and `SFCReset`, where the
     /// program declares none.
     pub restart_flags: [Option<String>; 2],
+    /// What the file's settings say of this chart.
+    pub settings: ChartSettings,
+}
+
+/// What the settings of CODESYS or TwinCAT in a file say of a chart. What is false here is not known.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct ChartSettings {
+    /// Whether the variables `SFCInit` and `SFCReset` control the chart: the chart uses both flags, and the file shows
+    /// which variables they are.
+    pub flags_control: bool,
+    /// Whether the conditions of transitions are evaluated even where their steps are not active.
+    pub evaluates_all: bool,
 }
 
 #[cfg(test)]

@@ -2,6 +2,9 @@
 
 use super::drawings::{bound, checked, only, program, refused, st, vendors, written};
 use super::scanbound;
+use scanbound::audit::{Request, audit};
+use scanbound::base::facts::Facts;
+use scanbound::front::Input;
 
 /// Additional data of CODESYS.
 fn of_codesys(name: &str, content: &str) -> String {
@@ -81,6 +84,107 @@ fn conditions_of_charts_of_codesys_may_all_be_evaluated() {
     assert!(only_active > 0);
     assert!(bound(&set("false")) > only_active);
     assert!(bound("") > only_active, "it is not said");
+}
+
+/// A block FF with a chart that its second step's condition calls F in, and a program that restarts it in each scan.
+/// `settings`: those of the chart. `text`: the declarations of the block as text.
+fn restarted(settings: &str, text: &str) -> String {
+    let variable =
+        |name: &str| format!("<variable name=\"{name}\"><type><BOOL/></type></variable>");
+    let chart = chart("c.z", "F()");
+    let function = "<pou name=\"F\" pouType=\"function\"><interface><returnType><BOOL/></returnType></interface><body><ST><p>F := TRUE;</p></ST></body></pou>";
+    let data = of_codesys("sfcsettings", &format!("<SFCSettings>{settings}</SFCSettings>"))
+        + &of_codesys(
+            "interfaceasplaintext",
+            &format!(
+                "<InterfaceAsPlainText><xhtml xmlns=\"http://www.w3.org/1999/xhtml\">{text}</xhtml></InterfaceAsPlainText>"
+            ),
+        );
+    let data = data.replace("</addData><addData>", "");
+    let inputs = format!("<interface><inputVars>{}</inputVars>", variable("SFCReset"));
+    vendors("", &chart, &st("f(SFCReset := TRUE);"))
+        .replace("<pous>", &format!("<pous>{function}"))
+        .replace(
+            "<pou name=\"FF\" pouType=\"functionBlock\"><interface>",
+            &format!("<pou name=\"FF\" pouType=\"functionBlock\">{inputs}"),
+        )
+        .replace(
+            "</localVars></interface><body><SFC>",
+            &format!("{}</localVars></interface><body><SFC>", variable("SFCInit")),
+        )
+        .replace("</SFC></body>", &format!("</SFC></body>{data}"))
+}
+
+/// A drawn chart of two steps that follow each other, with the conditions of its transitions.
+fn chart(first: &str, second: &str) -> String {
+    let transition = |id: &str, from: &str, condition: &str| {
+        format!(
+            "<transition localId=\"{id}\"><connectionPointIn><connection refLocalId=\"{from}\"/></connectionPointIn><condition><inline name=\"\"><ST><p>{condition}</p></ST></inline></condition></transition>"
+        )
+    };
+    format!(
+        "<SFC><step localId=\"1\" name=\"S0\" initialStep=\"true\"/>{}<step localId=\"3\" name=\"S1\"><connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn></step>{}<jumpStep localId=\"5\" targetName=\"S0\"><connectionPointIn><connection refLocalId=\"4\"/></connectionPointIn></jumpStep></SFC>",
+        transition("2", "1", first),
+        transition("4", "3", second)
+    )
+}
+
+#[test]
+fn flags_control_a_chart_where_the_file_says_so_and_which_they_are() {
+    let flags = "<Flags><Init Declare=\"true\" Use=\"true\"/><Reset Declare=\"true\" Use=\"true\"/></Flags>";
+    let stated = format!(
+        "<CalcActiveTransOnly>true</CalcActiveTransOnly><UseDefaults>false</UseDefaults>{flags}"
+    );
+    let declared = "FUNCTION_BLOCK FF VAR_INPUT SFCReset : BOOL; END_VAR VAR c : Cost4; END_VAR";
+    let calls = |name: &str, settings: &str, text: &str| {
+        bound(name, &restarted(settings, text), &only("CAL"))
+    };
+    // The call of FF alone: F is called in the second step.
+    let restarts = calls("flags-stated.xml", &stated, declared);
+    let ordinary = [
+        // The settings of the project hold.
+        (stated.replace("<UseDefaults>false", "<UseDefaults>true"), declared),
+        (stated.replace("<UseDefaults>false</UseDefaults>", ""), declared),
+        // The variables may be others than those that the tool declares.
+        (stated.clone(), ""),
+        (
+            stated.clone(),
+            "FUNCTION_BLOCK FF VAR_INPUT SFCReset : BOOL; END_VAR VAR c : Cost4; SFCInit : BOOL; END_VAR",
+        ),
+        // One flag has no effect.
+        (
+            stated.replace(
+                "<Reset Declare=\"true\" Use=\"true\"",
+                "<Reset Declare=\"true\" Use=\"false\"",
+            ),
+            declared,
+        ),
+    ];
+    for (at, (settings, text)) in ordinary.iter().enumerate() {
+        let calls = calls(&format!("flags-{at}.xml"), settings, text);
+        assert_eq!(calls, restarts + 10_000, "{settings} {text}");
+    }
+}
+
+#[test]
+fn scans_of_charts_evaluate_all_conditions_where_the_file_says_so() {
+    let lower = |settings: &str| {
+        let data = of_codesys("sfcsettings", &format!("<SFCSettings>{settings}</SFCSettings>"));
+        let text = program("b:BOOL", &chart("b", "b"))
+            .replace("</body></pou></pous>", &format!("</body>{data}</pou></pous>"));
+        let inputs = [Input { name: "e.xml".to_owned(), bytes: text.into_bytes() }];
+        let (facts, table) = (Facts::default(), only("CLEAR"));
+        let request = Request { table: Some(&table), ..Request::new(&inputs, &facts) };
+        let found = audit(&request).unwrap_or_else(|failure| panic!("{failure:?}"));
+        (found.bound.lower.0 / 1_000_000, found.bound.upper.0 / 1_000_000)
+    };
+    let all = "<CalcActiveTransOnly>false</CalcActiveTransOnly>";
+    let own = "<UseDefaults>false</UseDefaults>";
+    assert_eq!(lower(&format!("{all}{own}")), (20, 20));
+    assert_eq!(lower(&format!("{}{own}", all.replace("false", "true"))), (10, 10));
+    // The settings of the project, which are not in the file, may hold.
+    assert_eq!(lower(all), (10, 20));
+    assert_eq!(lower(&format!("{all}{}", own.replace("false", "true"))), (10, 20));
 }
 
 #[test]

@@ -4,7 +4,8 @@
 use super::{Assembler, OpenEnd};
 use scanbound_ir::meaning::ChoiceKind;
 use scanbound_ir::{
-    BitSource, BitTarget, Cell, Logic, Number, Region, RegionSet, WordSource, WordTarget, Write,
+    BitSource, BitTarget, Cell, Logic, Number, Region, RegionSet, Step, WordSource, WordTarget,
+    Write,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,6 +30,19 @@ impl Assembler {
         let choice = self.builder.choice();
         self.program().kinds.insert(choice, ChoiceKind::Reading(number));
         self.keep_bit(Logic::Bit(BitSource::Free(choice)))
+    }
+
+    /// As [`Self::differs`], but if the user does not state it, `known` says whether the controller deviates so.
+    /// `None`: that is not known.
+    pub(crate) fn differs_unless_known(
+        &mut self,
+        what: &'static str,
+        known: Option<bool>,
+    ) -> Logic {
+        match known {
+            Some(holds) if !self.stated_readings.contains_key(what) => Logic::Const(holds),
+            _ => self.differs(what),
+        }
     }
 
     /// Whether the user states that the controller does not deviate so.
@@ -93,7 +107,10 @@ impl Assembler {
                         continue;
                     }
                     for at in own {
-                        self.program().instructions[at].effects.clear();
+                        // Its condition would read the times.
+                        let one = &mut self.program().instructions[at];
+                        one.effects.clear();
+                        one.step = Step::Nothing;
                     }
                 }
             }

@@ -32,6 +32,15 @@ const NOT_ENTERED: &str = "initial steps are not entered in the first scan";
 /// Text of a reading: in matiec, the time of an initial step counts from the start of the controller's clock.
 const RUNS_EARLY: &str = "the times of initial steps run before their chart is first executed";
 
+/// Text of a reading: whether the flags of CODESYS and TwinCAT have an effect.
+const FLAGS_CONTROL: &str = "SFCInit and SFCReset, if declared, control the chart";
+
+/// Text of a reading: which conditions CODESYS and TwinCAT evaluate.
+const EVALUATES_ALL: &str = "the conditions of all transitions are evaluated in each scan";
+
+/// Text of a reading: whether the body of an action that ends is executed once more.
+const NO_FINAL_SCAN: &str = "actions have no final scan";
+
 /// Text of a reading: what a restart of a chart does (CODESYS, TwinCAT).
 const RESTART_ENDS: &str =
     "SFCInit and SFCReset execute exit actions and the final scans of actions";
@@ -179,8 +188,8 @@ impl<'t> Lower<'t> {
         let restart = chart.restart.and_then(|id| flag(self, id)).map(Logic::cell);
         // Whether declared flags have an effect is a setting.
         let has_flags = halt.is_some() || restart.is_some();
-        let are_used =
-            has_flags.then(|| self.differs("SFCInit and SFCReset, if declared, control the chart"));
+        let known = written.settings.flags_control.then_some(true);
+        let are_used = has_flags.then(|| self.differs_unless_known(FLAGS_CONTROL, known));
         let used = |flag: Logic| all([flag].into_iter().chain(are_used.clone()));
         let (halt, restart) = (halt.map(&used), restart.map(&used));
         self.at(written.line, "SFC");
@@ -329,8 +338,11 @@ impl<'t> Lower<'t> {
             self.act_where(key, Vec::new(), enabled.clone());
             let evaluated = match self.options.charts.may_evaluate_all {
                 true => {
-                    let evaluates_all = self
-                        .differs("the conditions of all transitions are evaluated in each scan");
+                    // Where a condition calls something, it may do more than take time.
+                    let is_known =
+                        chart.settings.evaluates_all && !asks_flags(&own.chart.conditions[number]);
+                    let known = is_known.then_some(true);
+                    let evaluates_all = self.differs_unless_known(EVALUATES_ALL, known);
                     self.keep_bit(any([enabled.clone(), evaluates_all]))
                 }
                 false => enabled.clone(),
@@ -487,9 +499,11 @@ impl<'t> Lower<'t> {
             let key = Assembler::key(&["STEP"], "nothing");
             self.act_where(key, Vec::new(), memory.active(&one.steps));
         }
+        // CODESYS's documentation: an action is executed at least twice, the second time when its step has ended.
+        let known = self.project.is_of_codesys.then_some(false);
         let whole = Whole {
             reset_only_stored: self.differs("R ends only stored actions"),
-            no_final_scan: self.differs("actions have no final scan"),
+            no_final_scan: self.differs_unless_known(NO_FINAL_SCAN, known),
             not_entered: match may_be_matiec {
                 true => self.differs(NOT_ENTERED),
                 false => Logic::Const(false),

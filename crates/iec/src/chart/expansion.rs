@@ -105,8 +105,17 @@ impl Draft {
                 return Err(fault(one.line, message, "give each of them a priority, or none"));
             }
         }
-        let restart_flags = Default::default();
-        Ok(Chart { steps, transitions: placed, macros, line, span: None, generated, restart_flags })
+        let (restart_flags, settings) = Default::default();
+        Ok(Chart {
+            steps,
+            transitions: placed,
+            macros,
+            line,
+            span: None,
+            generated,
+            restart_flags,
+            settings,
+        })
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod allowed;
 mod body;
+mod chart_settings;
 mod checked;
 mod condition;
 mod drawing;

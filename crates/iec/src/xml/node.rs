@@ -86,6 +86,12 @@ fn evaluates_active_only(document: &Document<'_>) -> bool {
     settings.len() >= charts && settings.iter().all(is_true) && !defaults.iter().any(is_true)
 }
 
+/// The elements in an element's additional data.
+pub(super) fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
+    let data = child(node, "addData").into_iter();
+    data.flat_map(|data| children(data, "data")).flat_map(elements)
+}
+
 impl Text {
     pub(super) fn new(text: &str, document: &Document<'_>, comments: Option<Comments>) -> Text {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');

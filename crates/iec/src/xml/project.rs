@@ -2,10 +2,11 @@
 
 use super::allowed::{attribute, data_name, unread};
 use super::body::{body, condition_body};
+use super::chart_settings;
 use super::interface::{
     addresses, begins_with, extends, list_of, retain_mixed, type_ref, variables,
 };
-use super::node::{EXCLUDED, Text, child, children, elements};
+use super::node::{EXCLUDED, Text, added, child, children, elements};
 use super::reading::Reading;
 use crate::ast::Path;
 use crate::chart::expansion::complete;
@@ -243,11 +244,12 @@ impl<'t> Reader<'t> {
             pou.is_private |= one.tag_name().name() == "AccessModifiers"
                 && one.attribute("Private").is_some_and(|own| own.eq_ignore_ascii_case("true"));
         }
-        self.parts(node, &mut pou);
+        self.parts(node, &written, &mut pou);
         pou
     }
 
-    fn parts(&mut self, node: Node<'_, '_>, pou: &mut Pou) {
+    /// `plain`: the text in which the unit declares its variables.
+    fn parts(&mut self, node: Node<'_, '_>, plain: &str, pou: &mut Pou) {
         let text = self.text;
         let named = |list: &'static str, item: &'static str| {
             child(node, list).into_iter().flat_map(move |list| children(list, item))
@@ -289,7 +291,7 @@ impl<'t> Reader<'t> {
             let found = child(one, "body").map(|inner| body(&mut reading, inner));
             self.faults.append(&mut reading.faults);
             let mut body = found.unwrap_or_else(Body::empty);
-            declare_flags(text, one, &mut body, &mut pou.variables);
+            chart_settings::apply(text, one, plain, (&mut body, &mut pou.variables));
             pou.actions.push(Named { name, body, line: text.line(one) });
         }
         if let Some(one) = child(node, "body") {
@@ -298,7 +300,7 @@ impl<'t> Reader<'t> {
             let found = body(&mut reading, one);
             self.faults.append(&mut reading.faults);
             pou.body = found;
-            declare_flags(text, node, &mut pou.body, &mut pou.variables);
+            chart_settings::apply(text, node, plain, (&mut pou.body, &mut pou.variables));
         }
         if let Err(fault) = store_computed(pou) {
             self.faults.push(fault.within(&pou.name));
@@ -361,12 +363,6 @@ fn second_connector<'a, 'i>(text: &Text, unit: Node<'a, 'i>) -> Option<Node<'a, 
     all.find(|one| !names.insert(one.attribute("name")))
 }
 
-/// The elements in an element's additional data.
-fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
-    let data = child(node, "addData").into_iter();
-    data.flat_map(|data| children(data, "data")).flat_map(elements)
-}
-
 /// A unit's name without a library's name in front.
 fn last_name(name: &str) -> String {
     name.trim().rsplit('.').next().unwrap_or_default().to_owned()
@@ -395,36 +391,6 @@ fn resource(node: Node<'_, '_>) -> String {
     names.join(" ")
 }
 
-/// The flags that the settings of a chart use and that the tool declares itself, so that they are not among the
-/// variables, or for which it executes code.
-fn own_flags<'a>(settings: Node<'a, 'a>) -> impl Iterator<Item = String> + 'a {
-    settings.descendants().filter_map(|one| {
-        let name = one.tag_name().name();
-        let name = format!("SFC{}", name.strip_prefix("SFC").unwrap_or(name));
-        let is_set = |name| one.attribute(name).is_some_and(|set| set.eq_ignore_ascii_case("true"));
-        let is_declared = CONTROL_FLAGS.contains(&&*name) && is_set("Declare");
-        (is_set("Use") && (is_declared || name.contains("Analyzation"))).then_some(name)
-    })
-}
-
-/// Declares the variables for the flags that the tool declares for the chart of a unit or action (`node`). Each chart
-/// has its own: whether tools declare one for several charts is not known.
-fn declare_flags(text: &Text, node: Node<'_, '_>, body: &mut Body, variables: &mut Vec<Variable>) {
-    let Body::Chart(chart) = body else { return };
-    let settings = added(node).filter(|one| one.tag_name().name() == "SFCSettings");
-    let used: Vec<String> = settings.flat_map(own_flags).collect();
-    let owner = node.attribute("name").unwrap_or_default();
-    for (place, flag) in CONTROL_FLAGS[..2].iter().enumerate() {
-        if used.iter().any(|used| used == flag) {
-            let name = format!("{flag} of {owner}");
-            let of = TypeRef::Named("BOOL".to_owned());
-            let line = text.line(node);
-            variables.push(Variable::new(name.clone(), Section::Local, of, line));
-            chart.restart_flags[place] = Some(name);
-        }
-    }
-}
-
 /// The fault about a setting of CODESYS or TwinCAT that changes what is executed and is not followed. `None` if there
 /// is none.
 fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
@@ -436,7 +402,7 @@ fn setting(text: &Text, node: Node<'_, '_>) -> Option<Fault> {
             let owner = node.ancestors().nth(3).map_or("", |one| one.tag_name().name());
             let has_chart = ["pou", "action"].contains(&owner);
             let restarts = |flag: &String| has_chart && CONTROL_FLAGS[..2].contains(&&**flag);
-            let flag = own_flags(node).find(|flag| !restarts(flag))?;
+            let flag = chart_settings::declared_flags(node).find(|flag| !restarts(flag))?;
             format!("the settings of the chart use the flag {flag}")
         }
         "BuildProperties" => {
