@@ -4,7 +4,6 @@ use super::limits::Limits;
 use batsat::callbacks::Callbacks;
 use batsat::clause::Kind;
 use batsat::{Lit, Solver, SolverInterface, SolverOpts, Var, lbool};
-use std::borrow::Cow;
 use std::cell::Cell;
 
 /// The number of decisions after which the solver checks the clock again.
@@ -78,7 +77,7 @@ pub struct Oracle<'a> {
     solver: Solver<StopCheck<'a>>,
     branching: Branching,
     /// For each variable, the value to try first; may be shorter than the list of variables.
-    hints: Cow<'a, [bool]>,
+    hints: &'a [bool],
     inner: Numbers,
     outer: Vec<i32>,
 }
@@ -116,18 +115,12 @@ impl<'a> Oracle<'a> {
             ended: Cell::new(false),
         };
         let solver = Solver::new(SolverOpts::default(), watch);
-        Oracle {
-            solver,
-            branching,
-            hints: Cow::default(),
-            inner: Numbers::default(),
-            outer: Vec::new(),
-        }
+        Oracle { solver, branching, hints: &[], inner: Numbers::default(), outer: Vec::new() }
     }
 
     /// Makes the solver try these values first. They change no answer, only the time to find it.
-    pub fn with_hints(self, hints: impl Into<Cow<'a, [bool]>>) -> Oracle<'a> {
-        Oracle { hints: hints.into(), ..self }
+    pub fn with_hints(self, hints: &'a [bool]) -> Oracle<'a> {
+        Oracle { hints, ..self }
     }
 
     /// Adds a clause.

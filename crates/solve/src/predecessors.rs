@@ -10,14 +10,13 @@ use super::clauses::Clauses;
 use super::oracle::{Branching, Effort, Oracle};
 use super::problem::{Item, Problem};
 use rustc_hash::FxHashMap;
-use scanbound_model::{Lit, Node, ScanModel, VarId};
-use std::collections::BTreeSet;
+use scanbound_model::{Lit, ScanModel, VarId};
 
 /// The largest number of solver decisions of one query.
 const DECISIONS: u64 = 500_000;
 /// The most queries for one state, besides those of [`SMALLER`] and those whether the first scan of a run leaves a
 /// state.
-const QUERIES: usize = 2_000;
+const QUERIES: usize = 128;
 /// The most queries by which one excluded part of a state is made smaller. Each is much shorter than the search for
 /// another scan, which a larger part makes necessary more often.
 const SMALLER: usize = 512;
@@ -58,7 +57,6 @@ pub struct Predecessors<'a> {
     /// The literal of each circuit node that is the start or end of a bit.
     literals: FxHashMap<usize, i32>,
     oracle: Oracle<'a>,
-    lifting: Lifting<'a>,
     limits: &'a Limits<'a>,
     /// The number of the last variable of the solver.
     variables: i32,
@@ -67,9 +65,8 @@ pub struct Predecessors<'a> {
 
 /// The answer of a query whether a scan that starts in another state leaves a state.
 enum Predecessor {
-    /// A scan leaves the state. `start` is the state in which it starts (all bits). `needed` is a part of it: from
-    /// every state that occurs and has these values, a scan leaves the state.
-    Scan { start: State, needed: State },
+    /// A scan leaves the state; this is the state in which it starts (all bits).
+    Scan(State),
     /// No scan leaves these values, which are a part of the state, unless it starts with them.
     Never(State),
     /// The query took too long.
@@ -80,17 +77,15 @@ impl<'a> Predecessors<'a> {
     /// Prepares the questions about a model.
     #[must_use]
     pub fn new(model: &ScanModel, bits: Vec<StateBit>, limits: &'a Limits<'a>) -> Predecessors<'a> {
-        let (inputs, conditions) = inputs_and_conditions(model, &bits);
         let ends = |bit: &StateBit| [bit.start, bit.on, bit.off].map(Lit::node);
         let mut nodes: Vec<usize> = bits.iter().flat_map(ends).collect();
-        nodes.extend(inputs.iter().copied().chain(conditions.iter().copied().map(Lit::node)));
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|&node| node != 0);
         let guard = |&node: &usize| Lit((node as u32) << 1);
         let item = |node| Item { guard: guard(node), weight: 1, charges: Vec::new() };
         let hard = model.constraints.iter().copied().filter(|&one| one != Lit::TRUE);
-        let mut problem = Problem {
+        let problem = Problem {
             circuit: model.circuit.clone(),
             items: nodes.iter().map(item).collect(),
             hard: hard.collect(),
@@ -98,21 +93,12 @@ impl<'a> Predecessors<'a> {
             ..Problem::default()
         };
         let clauses = Clauses::new(&problem);
-        let literals: FxHashMap<usize, i32> =
-            nodes.iter().copied().zip(clauses.items.iter().copied()).collect();
-        // A scan is wanted that starts in a state near to that in which a run begins.
-        let mut hints = vec![false; clauses.variables + 1];
-        for bit in bits.iter().filter(|bit| bit.start.node() != 0) {
-            let literal = literals[&bit.start.node()];
-            hints[literal.unsigned_abs() as usize] =
-                bit.initial != (bit.start.is_negated() != (literal < 0));
-        }
-        let mut oracle = Oracle::new(limits, Branching::All).with_hints(hints);
+        let literals = nodes.into_iter().zip(clauses.items.iter().copied()).collect();
+        let mut oracle = Oracle::new(limits, Branching::Inputs);
         clauses.clauses.iter().for_each(|clause| oracle.add(clause));
-        let variables = last_variable(&clauses);
-        problem.hard.clear();
-        let lifting = Lifting::new(&problem, &nodes, (inputs, conditions), limits);
-        Predecessors { bits, literals, oracle, lifting, limits, variables, queries: 0 }
+        let variables =
+            i32::try_from(clauses.variables).expect("the number of variables must fit in 31 bits");
+        Predecessors { bits, literals, oracle, limits, variables, queries: 0 }
     }
 
     /// Whether a scan of a run that begins with the initial values starts in this state (values of some bits), by the
@@ -133,12 +119,12 @@ impl<'a> Predecessors<'a> {
                 return StartState::Undecided;
             }
             self.queries -= 1;
-            let part = match self.predecessor(&state, &chain) {
+            let part = match self.predecessor(&state) {
                 Predecessor::Never(core) => self.exclude(core, &state),
-                Predecessor::Scan { start, needed } => match self.inductive_part(&state, &start) {
+                Predecessor::Scan(previous) => match self.inductive_part(&state, &previous) {
                     Some(part) => part,
                     None => {
-                        chain.push(needed);
+                        chain.push(previous);
                         continue;
                     }
                 },
@@ -184,9 +170,9 @@ impl<'a> Predecessors<'a> {
         part.retain(|one| is_in(previous, one));
         while self.queries > 0 && !self.may_begin(&part) {
             self.queries -= 1;
-            match self.predecessor(&part, &[]) {
+            match self.predecessor(&part) {
                 Predecessor::Never(core) => return Some(self.exclude(core, &part)),
-                Predecessor::Scan { start, .. } => part.retain(|one| is_in(&start, one)),
+                Predecessor::Scan(previous) => part.retain(|one| is_in(&previous, one)),
                 Predecessor::Unknown => return None,
             }
         }
@@ -211,7 +197,7 @@ impl<'a> Predecessors<'a> {
             at -= 1;
             let mut less = part.clone();
             less.remove(at);
-            match (!self.may_begin(&less)).then(|| self.predecessor(&less, &[])) {
+            match (!self.may_begin(&less)).then(|| self.predecessor(&less)) {
                 Some(Predecessor::Never(core)) if !self.may_begin(&core) => {
                     part.retain(|one| core.contains(one));
                 }
@@ -222,9 +208,8 @@ impl<'a> Predecessors<'a> {
         part
     }
 
-    /// Asks for a scan that leaves the state and starts in another one; if possible, in none of `avoided`: of the scans
-    /// that lead to a state, the fewest start in no state twice.
-    fn predecessor(&mut self, state: &[(usize, bool)], avoided: &[State]) -> Predecessor {
+    /// Asks for a scan that leaves the state and starts in another one.
+    fn predecessor(&mut self, state: &[(usize, bool)]) -> Predecessor {
         // The solver looks at the clock only in long queries, and these are mostly short.
         if self.limits.reached() {
             return Predecessor::Unknown;
@@ -237,22 +222,14 @@ impl<'a> Predecessors<'a> {
                 end => assumed.push((self.literal(end), (bit, value))),
             }
         }
-        let [another, new] = [self.variables + 1, self.variables + 2];
-        self.variables = new;
-        let avoids = avoided.len() > 1;
-        let avoided = avoided.iter().map(|state| (&state[..], new));
-        for (state, unless) in [(state, another)].into_iter().chain(avoided) {
-            let mut differs = self.differs_at_start(state);
-            differs.push(-unless);
-            self.oracle.add(&differs);
-        }
-        let literals: Vec<i32> = assumed.iter().map(|one| one.0).chain([another, new]).collect();
+        self.variables += 1;
+        let another = self.variables;
+        let mut differs = self.differs_at_start(state);
+        differs.push(-another);
+        self.oracle.add(&differs);
+        let literals: Vec<i32> = assumed.iter().map(|one| one.0).chain([another]).collect();
         let effort = Effort::decisions(DECISIONS + literals.len() as u64);
-        let mut found = self.oracle.ask(&literals, effort);
-        if found == Some(false) && avoids {
-            found = self.oracle.ask(&literals[..literals.len() - 1], effort);
-        }
-        let answer = match found {
+        let answer = match self.oracle.ask(&literals, effort) {
             None => Predecessor::Unknown,
             Some(true) => {
                 let start = |bit: usize| match self.bits[bit].start {
@@ -260,11 +237,7 @@ impl<'a> Predecessors<'a> {
                     Lit::FALSE => false,
                     start => self.oracle.holds(self.literal(start)),
                 };
-                let start: State = (0..self.bits.len()).map(|bit| (bit, start(bit))).collect();
-                let needed = self.lifting.needed(&self.bits, state, &start, &|node| {
-                    self.oracle.holds(self.literals[&node])
-                });
-                Predecessor::Scan { needed: needed.unwrap_or_else(|| start.clone()), start }
+                Predecessor::Scan((0..self.bits.len()).map(|bit| (bit, start(bit))).collect())
             }
             Some(false) => {
                 // The solver may name an assumption or its negation. Several bits may have the same end.
@@ -281,7 +254,6 @@ impl<'a> Predecessors<'a> {
             }
         };
         self.oracle.add(&[-another]);
-        self.oracle.add(&[-new]);
         answer
     }
 
@@ -306,116 +278,6 @@ impl<'a> Predecessors<'a> {
             if value { -start } else { start }
         };
         state.iter().map(other).collect()
-    }
-
-    fn literal(&self, lit: Lit) -> i32 {
-        let own = self.literals[&lit.node()];
-        if lit.is_negated() { -own } else { own }
-    }
-}
-
-/// The nodes of the atoms that are not state bits, and the constraints that do not depend on state bits alone.
-fn inputs_and_conditions(model: &ScanModel, bits: &[StateBit]) -> (Vec<usize>, Vec<Lit>) {
-    let nodes = model.circuit.nodes();
-    let variables: BTreeSet<VarId> = bits
-        .iter()
-        .filter_map(|bit| match nodes[bit.start.node()] {
-            Node::Atom(atom) => Some(atom.variable()),
-            _ => None,
-        })
-        .collect();
-    let mut inputs = Vec::new();
-    let mut has_input: Vec<bool> = Vec::with_capacity(nodes.len());
-    for (index, node) in nodes.iter().enumerate() {
-        has_input.push(match *node {
-            Node::True => false,
-            Node::Atom(atom) => {
-                let is_input = !variables.contains(&atom.variable());
-                inputs.extend(is_input.then_some(index));
-                is_input
-            }
-            Node::And(a, b) => has_input[a.node()] || has_input[b.node()],
-        });
-    }
-    let conditions = model.constraints.iter().copied().filter(|one| has_input[one.node()]);
-    (inputs, conditions.collect())
-}
-
-/// The number of the last variable of the clauses.
-fn last_variable(clauses: &Clauses) -> i32 {
-    i32::try_from(clauses.variables).expect("the number of variables must fit in 31 bits")
-}
-
-/// Finds the values of the state in which a scan starts that make it end as it does: its inputs (what is not state)
-/// stay the same. A solver with the clauses of a scan, without the constraints.
-struct Lifting<'a> {
-    oracle: Oracle<'a>,
-    literals: FxHashMap<usize, i32>,
-    /// The nodes of the atoms that are not state bits.
-    inputs: Vec<usize>,
-    /// The constraints on a scan that do not depend on state bits alone.
-    conditions: Vec<Lit>,
-    /// The number of the last variable of the solver.
-    variables: i32,
-}
-
-impl<'a> Lifting<'a> {
-    fn new(
-        problem: &Problem,
-        nodes: &[usize],
-        (inputs, conditions): (Vec<usize>, Vec<Lit>),
-        limits: &'a Limits<'a>,
-    ) -> Lifting<'a> {
-        let clauses = Clauses::new(problem);
-        let literals = nodes.iter().copied().zip(clauses.items.iter().copied()).collect();
-        let mut oracle = Oracle::new(limits, Branching::All);
-        clauses.clauses.iter().for_each(|clause| oracle.add(clause));
-        let variables = last_variable(&clauses);
-        Lifting { oracle, literals, inputs, conditions, variables }
-    }
-
-    /// The values of `start` because of which a scan with these inputs leaves `state`. The scan may start with any
-    /// other values of the other bits that occur together with these. `None` if that is not found.
-    fn needed(
-        &mut self,
-        bits: &[StateBit],
-        state: &[(usize, bool)],
-        start: &State,
-        input: &dyn Fn(usize) -> bool,
-    ) -> Option<State> {
-        self.variables += 1;
-        let fails = self.variables;
-        let ends = state.iter().map(|&(bit, on)| if on { bits[bit].on } else { bits[bit].off });
-        let mut clause = vec![-fails];
-        for end in ends.chain(self.conditions.iter().copied()) {
-            match end {
-                Lit::TRUE => {}
-                Lit::FALSE => return None,
-                end => clause.push(-self.literal(end)),
-            }
-        }
-        self.oracle.add(&clause);
-        let values = start.iter().filter(|&&(bit, _)| bits[bit].start.node() != 0);
-        let values: Vec<(i32, (usize, bool))> = values
-            .map(|&(bit, on)| {
-                let literal = self.literal(bits[bit].start);
-                (if on { literal } else { -literal }, (bit, on))
-            })
-            .collect();
-        let inputs = self.inputs.iter().map(|&node| {
-            let literal = self.literals[&node];
-            if input(node) { literal } else { -literal }
-        });
-        let assumed: Vec<i32> =
-            inputs.chain(values.iter().map(|one| one.0)).chain([fails]).collect();
-        let effort = Effort::decisions(DECISIONS + assumed.len() as u64);
-        let needed = (self.oracle.ask(&assumed, effort) == Some(false)).then(|| {
-            let core: BTreeSet<i32> = self.oracle.core().into_iter().map(i32::abs).collect();
-            let is_needed = |one: &&(i32, (usize, bool))| core.contains(&one.0.abs());
-            values.iter().filter(is_needed).map(|one| one.1).collect()
-        });
-        self.oracle.add(&[-fails]);
-        needed
     }
 
     fn literal(&self, lit: Lit) -> i32 {
@@ -507,19 +369,6 @@ mod tests {
         let limits = Limits::default();
         let mut walking = asked(10, ends, &[false; 10], &limits);
         assert_eq!(walking.occurs(&[(9, true)]), StartState::MayOccur);
-        // The same over more scans than there are queries for one row of bits, beside bits on which nothing depends.
-        let mut long = asked(
-            300,
-            |_, bits, free| {
-                std::iter::once(free)
-                    .chain(bits[..199].iter().copied())
-                    .chain(bits[200..].iter().map(|&bit| !bit))
-                    .collect()
-            },
-            &[false; 300],
-            &limits,
-        );
-        assert_eq!(long.occurs(&[(199, true)]), StartState::MayOccur);
         let never = |_: &mut Circuit, bits: &[Lit], _| {
             std::iter::once(Lit::FALSE).chain(bits[..9].iter().copied()).collect()
         };
