@@ -101,6 +101,8 @@ fn an_initial_value_of_a_call_reaches_no_argument_by_another_name() {
         base("VAR_TEMP")
     );
     let local = function("VAR t : INT := H(); END_VAR");
+    let table = "VAR_GLOBAL CONSTANT c : ARRAY[0..1] OF INT := [1, 2]; END_VAR";
+    let indexed = |variables: &str| format!("{table} {}", function(variables));
     for (units, variables, body) in [
         (&*local, "", "x := F(q := g);"),
         (&function("VAR_OUTPUT o : INT := H(); END_VAR"), "", "x := F(q := g);"),
@@ -108,6 +110,9 @@ fn an_initial_value_of_a_call_reaches_no_argument_by_another_name() {
         (&function("VAR_INPUT o : INT := g; END_VAR"), "", "x := F(q := x);"),
         (&function("VAR t : INT := g; END_VAR"), "", "x := F(q := g);"),
         (&function("VAR t : INT := u; u : INT := 5; END_VAR"), "", "x := F(q := g);"),
+        (&indexed("VAR_INPUT o : INT := c[g]; END_VAR"), "", "x := F(q := x);"),
+        (&indexed("VAR_INPUT o : INT := %MW7; END_VAR"), "", "x := F(q := x);"),
+        (&indexed("VAR t : INT := c[u]; u : INT := 1; END_VAR"), "", "x := F(q := x);"),
         (&local, "v : ARRAY[0..1] OF INT;", "x := F(q := v[k]);"),
         (&local, "", "x := F(q := gp^);"),
         (method, "f : A;", "x := f.m(q := g);"),

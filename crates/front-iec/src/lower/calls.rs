@@ -13,10 +13,12 @@ use crate::assembler::value::{Value, constant};
 use scanbound_base::code::Code as FaultCode;
 use scanbound_iec::Section;
 use scanbound_iec::fault::Fault;
+use scanbound_iec_tree::accesses::{self, Accesses};
 use scanbound_iec_tree::blocks::{Pin, StandardBlock};
+use scanbound_iec_tree::charts::StepFlag;
 use scanbound_iec_tree::declarations::{First, RoutineId, VarId};
 use scanbound_iec_tree::tree::{
-    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Step as PathStep, Target,
+    Call, Expr, ExprKind, Parameter, Passed, Place, Root, Step as PathStep, Target, Tree,
 };
 use scanbound_iec_tree::types::Type as Typed;
 use scanbound_ir::{Logic, Number, Step, TimingKey};
@@ -693,14 +695,10 @@ impl Lower<'_> {
         let mut is_open = one.type_calls;
         let may_have = is_single && !one.constant;
         if let Some(initial) = one.initial.as_ref().filter(|_| may_have) {
-            let is_input = one.section == Section::Input;
-            is_open |= is_input && initial.calls();
-            initial.each(&mut |inner| {
-                if let ExprKind::Read(Place { root: Root::Variable(read), .. }) = &inner.kind {
-                    let varies = !self.tree.variable(*read).constant;
-                    is_open |= varies && (is_input || later.contains(read));
-                }
-            });
+            let later = (one.section != Section::Input).then_some(later);
+            let mut varies = Varies { tree: self.tree, later, found: false };
+            accesses::of_expr(initial, &mut varies);
+            is_open |= varies.found;
         }
         if let Some(initial) = one.initial.as_ref().filter(|_| !may_have) {
             // In a list, evaluating the value of each element would take time.
@@ -726,6 +724,39 @@ impl Lower<'_> {
             _ => "assign the value in the body",
         };
         Err(Fault::new(line, what).code(FaultCode::NotModelled).help(help))
+    }
+}
+
+/// Whether an initial value depends on when it is evaluated.
+struct Varies<'a> {
+    tree: &'a Tree,
+    /// The variables that have no value yet. `None`: no other variable may be read, and nothing called.
+    later: Option<&'a [VarId]>,
+    found: bool,
+}
+
+impl Accesses for Varies<'_> {
+    fn reads(&mut self, place: &Place) {
+        let is_plain = !place.steps.contains(&PathStep::Dereference);
+        self.found |= match (place.root, self.later) {
+            (Root::Variable(id), _) if is_plain && self.tree.variable(id).constant => false,
+            (Root::Variable(id), Some(later)) => later.contains(&id),
+            (_, later) => later.is_none(),
+        };
+    }
+
+    fn writes(&mut self, _: &Place) {
+        self.found |= self.later.is_none();
+    }
+
+    fn takes_address(&mut self, _: &Place) {}
+
+    fn asks(&mut self, _: &StepFlag) {
+        self.found |= self.later.is_none();
+    }
+
+    fn calls(&mut self, _: &Call) {
+        self.found |= self.later.is_none();
     }
 }
 
