@@ -176,20 +176,6 @@ impl Writer<'_> {
         let results = self.evaluation.operation(meaning);
         for (place, output) in meaning.outputs.iter().enumerate() {
             let Target::Words(targets) = output else { continue };
-            let Some(results) = &results else {
-                let before = |target: &WordTarget| match target {
-                    WordTarget::Cell(cell) => {
-                        self.origins_of(&[WordSource::Cell(*cell)])[0].kept.clone()
-                    }
-                    _ => Kept::default(),
-                };
-                let origin =
-                    |target| Origin { kept: all.kept.join(&before(target)), ..Origin::default() };
-                let origins: Vec<Origin> = targets.iter().map(origin).collect();
-                self.write_words(targets, &[], &origins);
-                continue;
-            };
-            let results = results.get(place).map_or(&[][..], Vec::as_slice);
             // The result may be this operand.
             let from = match meaning.operation {
                 Operation::Copy => meaning.inputs.get(place),
@@ -204,9 +190,20 @@ impl Writer<'_> {
                     origin.kept = origin.kept.join(&all.kept);
                     origin.copy_of = None;
                 });
-                origins.resize(results.len().max(origins.len()), all.clone());
+                origins.resize(targets.len().max(origins.len()), all.clone());
             }
-            self.write_words(targets, results, &origins);
+            if results.is_none() {
+                origins.resize(targets.len().max(origins.len()), Origin::default());
+                for (origin, target) in origins.iter_mut().zip(targets) {
+                    if let WordTarget::Cell(cell) = target {
+                        let before = self.origins_of(&[WordSource::Cell(*cell)]);
+                        origin.kept = origin.kept.join(&before[0].kept);
+                    }
+                    origin.copy_of = None;
+                }
+            }
+            let known = results.as_ref().and_then(|all| all.get(place));
+            self.write_words(targets, known.map_or(&[][..], Vec::as_slice), &origins);
         }
     }
 
