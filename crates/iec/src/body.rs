@@ -335,14 +335,14 @@ pub struct Chart {
     pub settings: ChartSettings,
 }
 
-/// What the settings of CODESYS or TwinCAT in a file say of a chart. What is false here is not known.
+/// What the settings of CODESYS or TwinCAT in a file say of a chart.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ChartSettings {
-    /// Whether the variables `SFCInit` and `SFCReset` control the chart: the chart uses both flags, and the file shows
-    /// which variables they are.
+    /// Whether the variables `SFCInit` and `SFCReset` certainly control the chart: the chart uses both flags, and the
+    /// file shows which variables they are.
     pub flags_control: bool,
-    /// Whether the conditions of transitions are evaluated even where their steps are not active.
-    pub evaluates_all: bool,
+    /// Whether the conditions of transitions are evaluated even where their steps are not active. `None`: not known.
+    pub evaluates_all: Option<bool>,
 }
 
 #[cfg(test)]

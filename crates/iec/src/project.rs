@@ -289,9 +289,6 @@ pub struct Project {
     pub lists: Vec<(String, Vec<String>)>,
     /// Whether CODESYS or TwinCAT wrote one of the files.
     pub is_of_codesys: bool,
-    /// Whether the conditions of all transitions may be evaluated in each scan: a setting of CODESYS and TwinCAT that
-    /// some chart does not exclude.
-    pub may_evaluate_all: bool,
 }
 
 impl Project {
@@ -336,7 +333,6 @@ impl Project {
         self.unread.extend(other.unread.into_iter().map(|(file, fault)| (file + shift, fault)));
         self.lists.append(&mut other.lists);
         self.is_of_codesys |= other.is_of_codesys;
-        self.may_evaluate_all |= other.may_evaluate_all;
         for task in other.tasks {
             // Tasks of different resources may have the same name.
             let is_same = |own: &&mut Task| {

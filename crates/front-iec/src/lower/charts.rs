@@ -336,12 +336,11 @@ impl<'t> Lower<'t> {
             one.from.iter().for_each(|&step| leaving[step].push(number));
             let key = Assembler::key(&["TRANSITION"], "nothing");
             self.act_where(key, Vec::new(), enabled.clone());
-            let evaluated = match self.options.charts.may_evaluate_all {
+            let evaluated = match self.options.charts.actions_first {
                 true => {
-                    // Where a condition calls something, it may do more than take time.
-                    let is_known =
-                        chart.settings.evaluates_all && !asks_flags(&own.chart.conditions[number]);
-                    let known = is_known.then_some(true);
+                    // A condition that calls something may do more than take time.
+                    let may_do_more = asks_flags(&own.chart.conditions[number]);
+                    let known = chart.settings.evaluates_all.filter(|all| !all || !may_do_more);
                     let evaluates_all = self.differs_unless_known(EVALUATES_ALL, known);
                     self.keep_bit(any([enabled.clone(), evaluates_all]))
                 }

@@ -51,7 +51,6 @@ pub(crate) fn decode(
     // The alphabetical order is that of CODESYS and TwinCAT alone. Of other files their settings are not known.
     let has_their_order = asked.facts.action_order == Some(ActionOrder::Alphabetical);
     let actions_first = project.is_of_codesys || has_their_order;
-    let may_evaluate_all = project.may_evaluate_all || has_their_order && !project.is_of_codesys;
     let faults = resolve::faults(project);
     if !faults.is_empty() {
         return Err(told(project, faults));
@@ -69,7 +68,6 @@ pub(crate) fn decode(
         with_unused,
         charts: super::ChartOptions {
             actions_first,
-            may_evaluate_all,
             competing: Competing::new(project, asked.facts, actions_first, 0),
             action_order: asked.facts.action_order,
             drawn_last_scan: asked.facts.drawn_last_scan,

@@ -73,10 +73,9 @@ struct Options {
 
 /// How charts are executed.
 struct ChartOptions {
-    /// Whether actions are executed before transitions are evaluated.
+    /// Whether charts are executed as by CODESYS and TwinCAT: actions before transitions are evaluated, and perhaps the
+    /// conditions of all transitions in each scan.
     actions_first: bool,
-    /// Whether the conditions of all transitions may be evaluated in each scan.
-    may_evaluate_all: bool,
     /// Which transitions clear when several compete without stated priorities.
     competing: Competing,
     /// The order in which actions are executed, if the user states it.

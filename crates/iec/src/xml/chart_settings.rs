@@ -49,6 +49,7 @@ fn stated(
     plain: &str,
     variables: &[Variable],
 ) -> ChartSettings {
+    // Some versions misspell the name of a setting, so that its beginning decides.
     let says = |name: &str, value: &str| {
         let mut all = elements(settings).filter(|one| one.tag_name().name().starts_with(name));
         let is_it = |one: Node<'_, '_>| {
@@ -57,9 +58,13 @@ fn stated(
         all.next().is_some_and(is_it) && all.next().is_none()
     };
     // With UseDefaults, the settings of the project hold, which are not in the file.
-    if !text.is_codesys || !says("UseDefaults", "false") {
+    if !text.is_codesys || says("UseDefaults", "true") {
         return ChartSettings::default();
     }
+    let is_certain = says("UseDefaults", "false");
+    let only_active = says("CalcActiveTra", "true");
+    let all = is_certain && says("CalcActiveTra", "false");
+    let evaluates_all = (only_active || all).then_some(all);
     let flags: Vec<Node<'_, '_>> = children(settings, "Flags").flat_map(elements).collect();
     let restarts: Vec<Option<Node<'_, '_>>> = CONTROL_FLAGS[..2]
         .iter()
@@ -77,10 +82,8 @@ fn stated(
     let controls = |one: &Option<Node<'_, '_>>| {
         one.is_some_and(|one| is_set(one, "Use") && is_listed(&flag_name(one)))
     };
-    ChartSettings {
-        flags_control: lists_declared && restarts.iter().all(controls),
-        evaluates_all: says("CalcActiveTra", "false"),
-    }
+    let flags_control = is_certain && lists_declared && restarts.iter().all(controls);
+    ChartSettings { flags_control, evaluates_all }
 }
 
 /// The name of the flag of which an element of the settings tells.

@@ -39,8 +39,6 @@ pub(super) struct Text {
     starts: Vec<usize>,
     /// Whether CODESYS or TwinCAT wrote the file.
     pub(super) is_codesys: bool,
-    /// Whether the conditions of all transitions may be evaluated in each scan.
-    pub(super) may_evaluate_all: bool,
     /// The rule for nested comments, if it is stated.
     comments: Option<Comments>,
 }
@@ -68,24 +66,6 @@ pub(super) fn is_ascribed(text: &Text, document: &Document<'_>) -> Option<Fault>
     Some(text.fault(header, what).code(Code::NotModelled).help(help))
 }
 
-/// Whether a setting says of each chart of a file that only the conditions of active transitions are evaluated.
-fn evaluates_active_only(document: &Document<'_>) -> bool {
-    let named = |is_one: &dyn Fn(&str) -> bool| {
-        let all =
-            document.descendants().filter(|one| one.is_element() && is_one(one.tag_name().name()));
-        all.collect::<Vec<_>>()
-    };
-    let is_true = |one: &Node<'_, '_>| {
-        one.text().is_some_and(|text| text.trim().eq_ignore_ascii_case("true"))
-    };
-    // Some versions misspell the name.
-    let settings = named(&|name| name.starts_with("CalcActiveTra"));
-    // The project's own settings are not in the file.
-    let defaults = named(&|name| name == "UseDefaults");
-    let charts = named(&|name| name == "SFC").len();
-    settings.len() >= charts && settings.iter().all(is_true) && !defaults.iter().any(is_true)
-}
-
 /// The elements in an element's additional data.
 pub(super) fn added<'a, 'i>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     let data = child(node, "addData").into_iter();
@@ -104,7 +84,6 @@ impl Text {
             comments,
             starts: std::iter::once(0).chain(breaks.map(|(at, _)| at + 1)).collect(),
             is_codesys,
-            may_evaluate_all: is_codesys && !evaluates_active_only(document),
         }
     }
 

@@ -34,7 +34,6 @@ impl<'t> Reader<'t> {
         let project = Project {
             files: vec![name.to_owned()],
             is_of_codesys: text.is_codesys,
-            may_evaluate_all: text.may_evaluate_all,
             ..Project::default()
         };
         Reader { text, project, faults: Vec::new(), unnamed: BTreeSet::new() }
