@@ -22,8 +22,9 @@ const CANDIDATES: usize = 16;
 /// A pivot is a literal that at least this many soft literals need, and that at least as many exclude.
 const FEWEST: usize = 8;
 
-/// The largest number of passes; further cores are left to the solver.
-const PASSES: usize = 3;
+/// Another pass follows if the last one lowered the bound by at least one part in this many. Of cores that overlap, a
+/// pass finds only one; the solver takes longer for each, but it also finds cores that propagation does not.
+const WORTH: u64 = 500;
 
 /// Cores with more literals than this are not minimised literal by literal, but only reduced to what propagation uses.
 const LARGEST: usize = 40;
@@ -54,8 +55,8 @@ struct Pivot {
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl PartitionSearch<'_, '_> {
-    /// Extracts and relaxes the cores that unit propagation finds in at most [`PASSES`] passes, and records the scan
-    /// that each pass leads to.
+    /// Extracts and relaxes the cores that unit propagation finds, pass by pass, as long as that is worthwhile, and
+    /// records the scan that each pass leads to.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
         // The arena stores the length and the literals of each clause with more than two literals.
@@ -69,7 +70,8 @@ impl PartitionSearch<'_, '_> {
         // Filling both in parallel takes no longer than filling one and copying it.
         let (trail, probe) = rayon::join(passed_clauses, passed_clauses);
         let mut extraction = Extraction { trail, probe, passed_clauses: formula.len() };
-        for _ in 0..PASSES {
+        loop {
+            let before = self.bounds().upper();
             let more = self.pass(objective, &mut extraction);
             // The trail is nearly a scan; its unassigned variables get the values of the partitions' scans.
             let (values, trail) = (&self.values, &extraction.trail);
@@ -79,7 +81,8 @@ impl PartitionSearch<'_, '_> {
             };
             let assignment = self.clauses.assignment(self.problem, holds);
             self.bounds().record_assignment(assignment);
-            if !more || self.done() {
+            let off = before - self.bounds().upper();
+            if !more || off < before / WORTH || self.done() {
                 return;
             }
         }
