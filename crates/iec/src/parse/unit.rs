@@ -310,10 +310,9 @@ pub(crate) fn apart(project: &mut Project, pou: &mut Pou) -> Result<(), Fault> {
     });
     pou.methods = methods;
     found.and_then(|()| {
-        let all = pou.clone();
-        move_out(project, &unit, pou, None)?;
         // Methods may use the variables of their unit, too.
-        let names = apart_of(&all);
+        let names = apart_of(pou);
+        move_out(project, &unit, pou, None)?;
         for method in &mut pou.methods {
             let hidden = |name: &str| method.variables.iter().any(|one| same(&one.name, name));
             let own: Vec<_> = names.iter().filter(|name| !hidden(name)).cloned().collect();
