@@ -22,9 +22,9 @@ const CANDIDATES: usize = 16;
 /// A pivot is a literal that at least this many soft literals need, and that at least as many exclude.
 const FEWEST: usize = 8;
 
-/// Another pass follows if the last one lowered the bound by at least one part in this many. Of cores that overlap, a
-/// pass finds only one; the solver takes longer for each, but it also finds cores that propagation does not.
-const WORTH: u64 = 500;
+/// Another pass follows if the last one lowered the bound by at least 1/`LEAST_GAIN` (0.2 %). Of cores that overlap, a
+/// pass finds only one. Cores that bring less are left to the solver, which takes longer for each but finds more.
+const LEAST_GAIN: u64 = 500;
 
 /// Cores with more literals than this are not minimised literal by literal, but only reduced to what propagation uses.
 const LARGEST: usize = 40;
@@ -55,8 +55,8 @@ struct Pivot {
 type Queue = BinaryHeap<(u64, Reverse<u32>, i32)>;
 
 impl PartitionSearch<'_, '_> {
-    /// Extracts and relaxes the cores that unit propagation finds, pass by pass, as long as that is worthwhile, and
-    /// records the scan that each pass leads to.
+    /// Extracts and relaxes the cores that unit propagation finds, in passes as long as each lowers the bound enough
+    /// ([`LEAST_GAIN`]), and records the scan that each pass leads to.
     pub(super) fn propagation_cores(&self, objective: &mut Objective) {
         let formula = &objective.formula;
         // The arena stores the length and the literals of each clause with more than two literals.
@@ -81,8 +81,8 @@ impl PartitionSearch<'_, '_> {
             };
             let assignment = self.clauses.assignment(self.problem, holds);
             self.bounds().record_assignment(assignment);
-            let off = before - self.bounds().upper();
-            if !more || off < before / WORTH || self.done() {
+            let gain = before - self.bounds().upper();
+            if !more || gain < before / LEAST_GAIN || self.done() {
                 return;
             }
         }
